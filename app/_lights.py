@@ -17,6 +17,9 @@ COLORS = {"R": "red", "G": "green", "B": "blue"}
 LEDS = {"R": "red_side_leds", "G": "green_base_leds", "B": "blue_side_leds"}
 """Of a design's lights, how many each colour has."""
 NUMBERS = ("no light", "one light", "two lights")
+OFF_DEG = 45.0
+"""So far from where a light is stated, another axis or another colour's place is nearer."""
+TURNED = "the picture is mirrored or turned, or colours or wires are exchanged; correct that first."
 
 
 def with_designed_lights(card: "DatasetCard", design: Wedge | None) -> "DatasetCard":
@@ -33,7 +36,7 @@ def with_designed_lights(card: "DatasetCard", design: Wedge | None) -> "DatasetC
 
 
 def with_dead_lights(dataset: "Dataset", design: Wedge | None) -> tuple["DatasetCard", str]:
-    """The card with the lights that its design has and no press shows, and what to say of lights.
+    """The card with the lights that its design has and no press shows, and what to say of those.
 
     A colour that a card leaves out though presses show it is left out on purpose, and stays so.
     """
@@ -43,12 +46,52 @@ def with_dead_lights(dataset: "Dataset", design: Wedge | None) -> tuple["Dataset
     if design is None or card.lights_deg is None:
         return card, ""
     if set(card.lights_deg) >= set(design.lights.azimuths_deg):
-        return card, _swapped(card.lights_deg, design)
+        return card, ""
     alive = {**(lit(dataset).lights_deg or {}), **card.lights_deg}
     every = with_designed_lights(replace(card, lights_deg=alive), design).lights_deg or {}
     dead = {color: at for color, at in every.items() if color not in alive}
-    remark = lights_remark({c: at for c, at in alive.items() if c in every}, design)
+    remark = _dark({c: at for c, at in alive.items() if c in every}, design)
     return replace(card, lights_deg=dict(card.lights_deg) | dead), remark
+
+
+def misplaced_remark(
+    dataset: "Dataset", presses: "Sequence[BallPress]", design: Wedge | None
+) -> str:
+    """What to say of lights that presses show elsewhere than they are stated, or designed.
+
+    Empty where there is nothing to say, or where the presses do not tell it beyond doubt.
+
+    Args:
+        dataset: whose card states the lights, or does not.
+        presses: of the dataset.
+        design: whose lights the sensor should have, where one is named.
+    """
+    from validation.acceptance.lights import turn_deg
+    from validation.importers.lights import sure_lights_deg
+
+    stated, said_by = dataset.card.lights_deg, f"{dataset.folder / CARD_FILE} states"
+    found = sure_lights_deg(presses)
+    if stated is not None:
+        found = {color: at for color, at in found.items() if color in stated}
+    swapped = _swapped({**(stated or {}), **found}, design)
+    if stated is None and design is not None and not swapped:
+        stated, said_by = design.lights.azimuths_deg, f"the design {design.name} has"
+    off = {
+        color: at
+        for color, at in found.items()
+        if stated and color in stated and abs(turn_deg(at - stated[color])) > OFF_DEG
+    }
+    if not stated or not off:
+        return swapped
+    remark = (
+        f"The presses show lights at {_named_deg(off)}, but {said_by} "
+        f"{_named_deg({color: stated[color] for color in off})}"
+    )
+    if swapped:
+        return f"{remark}. {swapped}"
+    if dataset.card.lights_deg is None:
+        return f"{remark}: {TURNED}"
+    return f"{remark}: correct lights_deg there, or, if it is right, {TURNED[:-1]}."
 
 
 def lights_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) -> str:
@@ -136,6 +179,9 @@ def _swapped(lights_deg: Mapping[str, float], design: Wedge | None) -> str:
     *others, last = [COLORS[color] for color in COLORS if color in swapped]
     return (
         f"{', '.join(others).capitalize()} and {last} lie in each other's place, as the design "
-        f"{design.name} has them: the picture is mirrored or turned, or colours or wires are "
-        "exchanged; correct that first."
+        f"{design.name} has them: {TURNED}"
     )
+
+
+def _named_deg(lights_deg: Mapping[str, float]) -> str:
+    return ", ".join(f"{color} = {lights_deg[color]:g}°" for color in COLORS if color in lights_deg)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from app._importing import import_source
-from app._lights import one_line_remark, with_dead_lights
+from app._lights import misplaced_remark, one_line_remark, with_dead_lights
 from app._output import OutputFile, command_line, keep_inputs, print_error_table
 from app._pad import assumed_pad_mm, pad_remark, refuse_other_pad, refuse_smaller_pad
 from app._pitch import pitch_remarks
@@ -107,8 +107,8 @@ def main(
         raise WedgeError(
             f"{source.folder}: {error} Correct dataset.toml, then run `{again}`."
         ) from error
-    card, of_lights = with_dead_lights(source, built_from)
-    source = replace(source, card=card)
+    card, dead = with_dead_lights(source, built_from)
+    stated, source = source, replace(source, card=card)
     unit, presses, measured = _fit(
         source, estimator, built_from, seed, serial=out.resolve().name, called=dataset
     )
@@ -116,8 +116,10 @@ def main(
     print_error_table(measured)
     one_line = one_line_remark(source, presses.presses)
     pad = pad_remark(source.card.pad_size_mm, built_from)
-    of_lights = of_lights if folder is None else ""  # else the import has said it
-    remarks = (pad, *pitch_remarks(source), of_lights, one_line, _light_remark(unit))
+    of_lights: tuple[str, ...] = ()
+    if folder is None:  # else the import has said it
+        of_lights = (dead, misplaced_remark(stated, presses.presses, built_from))
+    remarks = (pad, *pitch_remarks(source), *of_lights, one_line, _light_remark(unit))
     for sentence in (*filter(None, remarks), *press_doubts(presses, source.labels)):
         print(sentence)
     print(f"Unit folder: {out}")

@@ -13,7 +13,7 @@ import pytest
 from app._lights import lights_remark
 from recon.images import read_image, write_image
 from recon.labels.circles import Circle
-from sensor.dataset import read_dataset, write_card
+from sensor.dataset import read_dataset, write_card, write_labels
 from sensor.design import FINGER
 from sensor.unit import read_unit_card
 from tests.app.commands import run
@@ -165,6 +165,67 @@ def test_colours_in_each_other_s_place_are_said_by_whoever_knows_the_design(
         shutil.rmtree(tmp_path / "unit", ignore_errors=True)
         assert run(*words, "--design", design) == 0
         assert " ".join(capsys.readouterr().out.split()).count(said) == is_swapped
+
+
+@pytest.mark.parametrize("design", [(), ("--design", "finger")])
+@pytest.mark.parametrize(
+    ("stated", "off"),
+    [
+        ({"R": 0.0, "B": 180.0}, {"R": (90, 0), "B": (-90, 180)}),
+        ({"R": 90.0, "G": 0.0, "B": -90.0}, {"G": (180, 0)}),
+        ({"R": 450.0, "G": -180.0, "B": 270.0}, {}),
+        ({"R": 130.0, "B": -130.0}, {}),
+    ],
+)
+def test_lights_that_are_stated_elsewhere_than_presses_show_them_are_said(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    design: tuple[str, ...],
+    stated: dict[str, float],
+    off: dict[str, tuple[int, int]],
+) -> None:
+    made = make_dataset(tmp_path / "set", presses=6)
+    write_card(made.folder / "dataset.toml", replace(made.card, lights_deg=stated))
+    words = ("--estimator", "table", "--out", tmp_path / "unit", *design)
+    assert run("calibrate", made.folder, *words) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    found = re.findall(r"The presses show lights at (.*), but (.*) states (.*?):", said)
+    assert len(found) == bool(off)
+    for shown, file, claimed in found:
+        assert file == str(made.folder / "dataset.toml")
+        assert claimed == ", ".join(f"{color} = {at}°" for color, (_, at) in off.items())
+        measured = dict(re.findall(r"(\w) = (-?\d+)°", shown))
+        assert measured.keys() == off.keys()
+        for color, (at, _) in off.items():
+            assert abs((float(measured[color]) - at + 180) % 360 - 180) <= 3
+
+
+@pytest.mark.parametrize("stated", [LIGHTS_DEG, None])
+def test_pictures_upside_down_are_told_by_the_design_though_the_card_repeats_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], stated: dict[str, float] | None
+) -> None:
+    made = make_dataset(tmp_path / "set", presses=6)
+    write_card(made.folder / "dataset.toml", replace(made.card, lights_deg=stated))
+    for name in ("background.png", *(label.file for label in made.labels)):
+        write_image(made.folder / name, read_image(made.folder / name)[::-1])
+    below = [replace(x, center_y_px=SIZE_PX[1] - 1 - x.center_y_px) for x in made.labels]
+    write_labels(made.folder / "labels.csv", below)
+    words = ("--design", "finger", "--estimator", "table", "--out", tmp_path / "unit")
+    assert run("calibrate", made.folder, *words) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.count("Red and blue lie in each other's place") == 1
+    assert said.count("states R = 90°, B = -90°") == (stated is not None)
+
+
+def test_a_mirrored_picture_is_told_by_the_design_where_nobody_stated_lights(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = make_dataset(tmp_path / "set", presses=6, lights_deg=LIGHTS_DEG | {"G": 0.0})
+    write_card(made.folder / "dataset.toml", replace(made.card, lights_deg=None))
+    words = ("--design", "finger", "--estimator", "table", "--out", tmp_path / "unit")
+    assert run("calibrate", made.folder, *words) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "but the design finger has G = 180°: the picture is mirrored" in said
 
 
 def test_several_dark_colours_are_one_sentence() -> None:

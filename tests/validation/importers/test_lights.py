@@ -9,14 +9,16 @@ import pytest
 
 from recon.pixels import BallPress
 from tests.shading import AZIMUTHS_DEG, pressed
-from validation.importers.lights import measure_lights_deg
+from validation.importers.lights import SURE_PRESSES, measure_lights_deg, sure_lights_deg
 
 SIZE_PX = (160, 120)
 BALL_PX = 30.0
 
 
-def ball_presses() -> list[BallPress]:
-    places = [(40.0, 40.0), (110.0, 50.0), (80.0, 80.0)]
+PLACES_PX = [(40.0, 40.0), (110.0, 50.0), (80.0, 80.0)]
+
+
+def ball_presses(places: list[tuple[float, float]] = PLACES_PX) -> list[BallPress]:
     return [
         BallPress(
             file=f"{seed}.png",
@@ -68,3 +70,35 @@ def test_of_presses_that_show_nothing_no_colour_is_said_to_be_dark() -> None:
         for press in ball_presses()
     ]
     assert set(measure_lights_deg(noise)) == set("RGB")
+
+
+def test_what_many_presses_show_alike_is_sure_and_what_few_show_is_not() -> None:
+    presses = ball_presses(PLACES_PX * 2)
+    assert len(presses) == SURE_PRESSES
+    assert sure_lights_deg(presses) == measure_lights_deg(presses)
+    assert not sure_lights_deg(presses[1:])
+
+
+@pytest.mark.parametrize("spoil", ["weak", "noisy", "at odds"])
+def test_of_a_colour_that_is_in_doubt_nothing_is_sure(spoil: str) -> None:
+    """One that may be another's light, that hardly answers, or that presses show differently."""
+    rng, presses = np.random.default_rng(3), ball_presses(PLACES_PX * 2)
+    for index, press in enumerate(presses):
+        green = press.difference[..., 1]
+        if spoil == "weak":
+            green *= 0.2
+        elif spoil == "noisy":
+            green += 8 * green.std() * rng.standard_normal(green.shape)
+        elif index % 2:
+            green[:] = press.difference[..., 0]
+    assert set(measure_lights_deg(presses)) == set("RGB")
+    assert set(sure_lights_deg(presses)) == set("RB")
+
+
+def test_of_noise_nothing_is_sure() -> None:
+    rng = np.random.default_rng(4)
+    noise = [
+        replace(press, difference=rng.standard_normal(press.difference.shape).astype(np.float32))
+        for press in ball_presses(PLACES_PX * 4)
+    ]
+    assert not sure_lights_deg(noise)
