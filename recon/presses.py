@@ -16,7 +16,7 @@ from recon.contact.disturbed import STRANGE, disturbed_mask, is_strange
 from recon.coverage import Coverage
 from recon.geometry.lens import Lens, read_lens
 from recon.geometry.unwarp import Unwarp, is_within, prepare_unwarp
-from recon.images import read_frame
+from recon.images import GRAY, is_gray, read_frame
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker, marker_tracker
 from recon.pixels import DEEPEST, RIM_PX, BallPress
@@ -84,7 +84,7 @@ class PressReader:
         """Read and unwarp one labelled frame; what dots hide is filled in from around them.
 
         Raises:
-            WedgeError: the frame is missing, damaged or of another size, or the label lies
+            WedgeError: the frame is missing, damaged, grey or of another size, or the label lies
                 outside it. The sentence names the file.
         """
         frame = read_frame(self.dataset.folder, label.file)
@@ -122,10 +122,11 @@ class PressReader:
         """A frame of the dataset in the gel plane.
 
         Raises:
-            WedgeError: it is not as large as the background; the sentence names both files.
+            WedgeError: it is not as large as the background, or grey; the sentence names the file.
         """
         blank = self.dataset.card.background[0]
         refuse_other_size(self.dataset.folder / file, frame, blank, self.background)
+        _refuse_gray(self.dataset.folder / file, frame)
         return self.unwarp(frame)
 
 
@@ -142,6 +143,11 @@ def refuse_other_size(path: Path, frame: Frame, blank: str, background: Frame) -
         )
 
 
+def _refuse_gray(path: Path, frame: Frame) -> None:
+    if is_gray(frame):
+        raise WedgeError(f"{path}: {GRAY}")
+
+
 def fingerprint(frame: Frame) -> str:
     """By which a frame is known again: the SHA-256 of shape and pixels, its first 16 digits."""
     return hashlib.sha256(repr(frame.shape).encode() + frame.tobytes()).hexdigest()[:16]
@@ -151,8 +157,8 @@ def press_reader(dataset: Dataset) -> PressReader:
     """Prepare the background and the unwarp of a dataset.
 
     Raises:
-        WedgeError: a background is missing, damaged or of another size, or the corners or the
-            lens do not fit it.
+        WedgeError: a background is missing, damaged, grey or of another size, or the corners or
+            the lens do not fit it.
     """
     background = read_background(dataset)
     lens = read_dataset_lens(dataset)
@@ -172,7 +178,7 @@ def read_presses(dataset: Dataset, progress: Callable[[float], None] = lambda _:
     """Read and unwarp every labelled frame of a dataset.
 
     Raises:
-        WedgeError: a frame is missing, damaged or of another size; a label lies outside the
+        WedgeError: a frame is missing, damaged, grey or of another size; a label lies outside the
             frame; no press can be used. The sentence names the file.
     """
     reader = press_reader(dataset)
@@ -276,11 +282,12 @@ def read_background(dataset: Dataset) -> Frame:
     """The blank gel: the mean of the dataset's background frames.
 
     Raises:
-        WedgeError: a background is missing, damaged, of another size than the first, or shows
+        WedgeError: a background is missing, damaged, grey, of another size than the first, or shows
             something else than the others.
     """
     frames = [read_frame(dataset.folder, name) for name in dataset.card.background]
     for name, frame in zip(dataset.card.background, frames, strict=True):
+        _refuse_gray(dataset.folder / name, frame)
         if frame.shape != frames[0].shape:
             raise WedgeError(
                 f"{dataset.folder / name} is {_size(frame)} pixels, but "

@@ -62,27 +62,36 @@ def rendered_presses(folder: Path) -> Iterator[RenderedPress]:
         yield RenderedPress(
             name=path.stem,
             difference=frame - reader.blank,
-            depth_mm=read_depth(path, shape),
+            depth_mm=read_depth(path, shape, dataset.card.mm_per_px),
             held=_read_map(held, shape, "b", "booleans") if held.is_file() else None,
             mm_per_px=dataset.card.mm_per_px,
         )
 
 
-def read_depth(path: Path, shape: tuple[int, ...]) -> DepthMap:
+def read_depth(path: Path, shape: tuple[int, ...], mm_per_px: Pair) -> DepthMap:
     """The true depth of a frame, ``truth/NAME.npy``.
 
     Args:
         path: of the file.
         shape: (h, w) of the unwarped frame.
+        mm_per_px: of the unwarped frame, x and y.
 
     Raises:
         WedgeError: the file is missing or damaged, or holds anything but finite depths of this
-            shape, in mm as floats, some of them above zero.
+            shape, in mm as floats, some of them above zero, none of them more than the frame's
+            shorter side.
     """
     depth_mm = _read_map(path, shape, "f", "depths in mm as floats")
     if not np.isfinite(depth_mm).all() or not (depth_mm > 0).any():
         raise WedgeError(
             f"{path} must hold finite depths in mm, some of them above zero: make the file again."
+        )
+    height, width = shape
+    side_mm = min(width * mm_per_px[0], height * mm_per_px[1])
+    if (deepest := float(depth_mm.max())) > side_mm:
+        raise WedgeError(
+            f"{path} holds depths up to {deepest:g} mm, but its frame is only {side_mm:.3g} mm "
+            "wide: write depths in mm."
         )
     return depth_mm
 

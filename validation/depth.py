@@ -129,7 +129,7 @@ def read_truth(folder: Path, press: BallPress) -> DepthMap | None:
     path = truth_file(folder, press.file)
     if not path.is_file():
         return None
-    return read_depth(path, press.difference.shape[:2])
+    return read_depth(path, press.difference.shape[:2], press.mm_per_px)
 
 
 def truth_file(folder: Path, frame: str) -> Path:

@@ -127,7 +127,7 @@ def known_shapes(dataset: Dataset, names: Collection[str] | None = None) -> Iter
             frame=frame,
             difference=seen.difference,
             hidden=seen.hidden,
-            truth_mm=read_depth(path, frame.shape[:2]),
+            truth_mm=read_depth(path, frame.shape[:2], dataset.card.mm_per_px),
         )
 
 

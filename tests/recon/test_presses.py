@@ -8,7 +8,7 @@ import pytest
 
 from recon.contact.disturbed import STRANGE
 from recon.geometry.lens import Lens, write_lens
-from recon.images import read_image, write_image
+from recon.images import GRAY, read_image, write_image
 from recon.presses import (
     ENOUGH_PRESSES,
     deep_presses,
@@ -180,6 +180,26 @@ def test_frames_of_another_size_than_the_background_are_named(dataset):
     write_image(dataset.folder / "press01.png", np.zeros((60, 80, 3), np.uint8))
     with pytest.raises(WedgeError, match=r"press01\.png is 80x60 pixels, but background\.png is"):
         read_presses(dataset)
+
+
+@pytest.mark.parametrize("gray", ["background.png", "second.png", "press01.png"])
+def test_a_picture_of_a_grey_camera_is_named(dataset, gray):
+    """Its red, green and blue are one in every pixel."""
+    shutil.copy(dataset.folder / "background.png", dataset.folder / "second.png")
+    card = replace(dataset.card, background=("background.png", "second.png"))
+    read_presses(replace(dataset, card=card))
+    levels = read_image(dataset.folder / gray)
+    write_image(dataset.folder / gray, np.repeat(levels[..., :1], 3, axis=2))
+    with pytest.raises(WedgeError) as told:
+        read_presses(replace(dataset, card=card))
+    assert str(told.value) == f"{dataset.folder / gray}: {GRAY}"
+
+
+def test_a_picture_of_a_single_colour_is_none_of_a_grey_camera(tmp_path):
+    made = make_dataset(tmp_path / "set", presses=2, lights_deg={"R": 90.0})
+    for name in ("background.png", *(label.file for label in made.labels)):
+        write_image(made.folder / name, read_image(made.folder / name) * np.uint8([1, 0, 0]))
+    assert len(read_presses(made).presses) == 2
 
 
 def test_a_background_too_small_for_the_labels_is_named_and_no_label(dataset):

@@ -116,7 +116,7 @@ def test_a_truth_with_any_bytes_changed_is_depths_or_a_sentence(tmp_path, data):
     path = tmp_path / "truth.npy"
     write_anew(path, content[: data.draw(st.integers(0, len(content)))])
     try:
-        depth_mm = read_depth(path, (4, 5))
+        depth_mm = read_depth(path, (4, 5), (1.0, 1.0))
     except WedgeError as error:
         assert str(error).startswith(f"{path} ")
     else:
@@ -127,9 +127,23 @@ def test_a_truth_with_any_bytes_changed_is_depths_or_a_sentence(tmp_path, data):
 def test_depths_of_nothing_are_refused(tmp_path, depth):
     np.save(tmp_path / "a.npy", np.full((4, 5), depth))
     with pytest.raises(WedgeError, match="finite depths in mm, some of them above zero"):
-        read_depth(tmp_path / "a.npy", (4, 5))
+        read_depth(tmp_path / "a.npy", (4, 5), (1.0, 1.0))
     with pytest.raises(WedgeError, match=r"b\.npy is missing"):
-        read_depth(tmp_path / "b.npy", (4, 5))
+        read_depth(tmp_path / "b.npy", (4, 5), (1.0, 1.0))
+
+
+@pytest.mark.parametrize("mm_per_px", [(0.2, 0.1), (0.08, 0.3)])
+def test_depths_beyond_the_frame_s_shorter_side_are_not_in_mm(tmp_path, mm_per_px):
+    path, side_mm = tmp_path / "truth.npy", 0.4
+    depth_mm = np.zeros((4, 5), np.float32)
+    for deepest_mm in (0.9 * side_mm, 1.1 * side_mm):
+        depth_mm[2, 1] = deepest_mm
+        np.save(path, depth_mm)
+        if deepest_mm < side_mm:
+            assert np.array_equal(read_depth(path, (4, 5), mm_per_px), depth_mm)
+        else:
+            with pytest.raises(WedgeError, match=r"up to 0\.44 mm, .* only 0\.4 mm wide"):
+                read_depth(path, (4, 5), mm_per_px)
 
 
 def test_a_set_need_not_say_what_is_held(tmp_path):
