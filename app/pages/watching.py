@@ -21,6 +21,7 @@ from recon.arrays import Frame
 from recon.calibration import Calibration
 from recon.fast import FastReconstructor
 from recon.follower import Follower
+from recon.geometry.unwarp import EVEN_ONLY
 from recon.images import GRAY, write_image
 from recon.stream import Counts, Newest, TimedFrame, shown_address
 from sensor.errors import WedgeError
@@ -260,7 +261,7 @@ class Watcher:
             self._unwarp.check_colored(frame)
         except WedgeError as error:
             fault = str(error)
-            if fault != GRAY:
+            if fault != GRAY and EVEN_ONLY not in fault:
                 fault = f"{fault[:-1]}: use the right unit, or the camera mode of the calibration."
             return f"{self.name}: {fault}"
         return ""

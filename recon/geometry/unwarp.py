@@ -20,6 +20,7 @@ from sensor.toml import Pair
 
 Corners = tuple[Pair, Pair, Pair, Pair]
 PixelMap = Float32[np.ndarray, "h w"]
+EVEN_ONLY = ": video files hold even sizes, so name a folder of the frames"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +63,9 @@ class Unwarp:
         height, width = frame.shape[:2]
         if (width, height) != self.frame_size_px:
             expected = "x".join(map(str, self.frame_size_px))
-            raise WedgeError(f"the frame is {width}x{height} pixels, not {expected}.")
+            even = tuple(side - side % 2 for side in self.frame_size_px)
+            mend = EVEN_ONLY if (width, height) == even else ""
+            raise WedgeError(f"the frame is {width}x{height} pixels, not {expected}{mend}.")
 
     def check_colored(self, frame: Frame) -> None:
         """Refuse also what shows no slopes.

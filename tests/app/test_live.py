@@ -312,6 +312,15 @@ def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[s
             assert sentence in capsys.readouterr().err
 
 
+def test_a_clip_that_was_cut_to_even_sizes_is_not_told_to_be_another_unit_s(tmp_path: Path) -> None:
+    unit = make_unit((80, 61))
+    watcher = Watcher("clip.avi", unit, tmp_path)
+    assert watcher._misfit_of(unit.background[:60]) == (
+        "clip.avi: the frame is 80x60 pixels, not 80x61: video files hold even sizes, so name a "
+        "folder of the frames."
+    )
+
+
 def test_a_grey_camera_is_not_told_to_be_another_unit_s(tmp_path: Path) -> None:
     unit = make_unit((80, 60))
     watcher = Watcher(str(tmp_path), unit, tmp_path)

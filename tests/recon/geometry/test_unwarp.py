@@ -173,6 +173,21 @@ def test_a_lens_of_other_frames_is_refused(corners):
         prepare_unwarp((640, 480), corners, PAD if corners else None, WIDE_LENS)
 
 
+@pytest.mark.parametrize("size_px", [(320, 231), (319, 240), (319, 231)])
+def test_frames_that_a_video_has_cut_to_even_sizes_are_told_how_to_come_whole(size_px):
+    """As OpenCV writes them; what is cut otherwise is another camera's."""
+    prepared = prepare_unwarp(size_px)
+    for more_x in range(-3, 3):
+        for more_y in range(-3, 3):
+            width, height = size_px[0] + more_x, size_px[1] + more_y
+            if (width, height) == size_px:
+                continue
+            with pytest.raises(WedgeError, match=f"is {width}x{height} pixels, not ") as told:
+                prepared.check(np.zeros((height, width, 3), np.uint8))
+            is_cut = (width, height) == (size_px[0] // 2 * 2, size_px[1] // 2 * 2)
+            assert ("even sizes, so name a folder" in str(told.value)) == is_cut
+
+
 @pytest.mark.parametrize("frame", ["press.png", None, [1, 2, 3]])
 def test_what_is_no_array_is_refused_by_what_it_is(frame):
     unchecked = inspect.unwrap(Unwarp.check)
