@@ -26,8 +26,8 @@ def pitch_remarks(dataset: Dataset) -> list[str]:
             else f"write one number twice in mm_per_px of {CARD_FILE}"
         )
         said.append(
-            f"Pixels of {x:.4g} x {y:.4g} mm are far from square, which costs depth of fine shapes "
-            f"and area of contacts: {mend}, move {LABELS_FILE} aside, run "
+            f"Pixels of {x:.4g} x {y:.4g} mm are far from square, so that errors of depth and of "
+            f"contacts' area grow: {mend}, move {LABELS_FILE} aside, run "
             f"`{command_line('label', dataset.folder)}` and calibrate again. Until then, a pixel "
             f"of a contact_radius_px counts as √({x:.4g} x {y:.4g}) = {sqrt(x * y):.4g} mm."
         )

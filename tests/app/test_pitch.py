@@ -31,6 +31,7 @@ def stating(dataset, mm_per_px, pad_size_mm=None):
 def test_pixels_that_are_far_from_square_are_said(dataset, shape):
     (said,) = pitch_remarks(stating(dataset, (0.05, 0.05 * shape)))
     assert "far from square" in said and "resize the frames" in said
+    assert "errors of depth" in said and "fine shapes" not in said  # balls suffer as much
     (said,) = pitch_remarks(stating(dataset, (0.05, 0.05 * shape), (6.0, 5.0 * shape)))
     assert "one number twice" in said and f"`wedge label {dataset.folder}`" in said
 
