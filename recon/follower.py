@@ -41,6 +41,9 @@ class KeptTouch(OwnTouch):
     slope_error: GradientField | None
     """Standard deviation expected of each slope's error; ``None`` where it is not known."""
 
+    def refuse_if_overwritten(self) -> None:
+        """Nothing overwrites it."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Felt:

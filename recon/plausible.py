@@ -56,7 +56,11 @@ def doubt_word(touch: Skin, unit: Calibration) -> str:
     Args:
         touch: what was reconstructed of it.
         unit: with which.
+
+    Raises:
+        WedgeError: the next frame has overwritten the touch.
     """
+    touch.refuse_if_overwritten()
     if is_strange(touch.disturbed):
         return STRANGE
     unseen = unseen_axis(unit.card.lights_deg, unit.estimator.channels)
@@ -72,7 +76,11 @@ def cut_word(touch: Skin, unit: Calibration) -> str:
     Args:
         touch: what was reconstructed, ``disturbed`` in pixels.
         unit: with which.
+
+    Raises:
+        WedgeError: the next frame has overwritten the touch.
     """
+    touch.refuse_if_overwritten()
     unseen = unseen_axis(unit.card.lights_deg, unit.estimator.channels)
     if unseen is None or unit.card.missing_axis != "network":
         return ""

@@ -67,12 +67,12 @@ class Touched:
         """Where something touches; worked out when first asked for."""
         return self._held_of(self.disturbed)
 
-    def _refuse_if_overwritten(self) -> None:
+    def refuse_if_overwritten(self) -> None:
         """Refuse to work out anything from arrays that are another frame's by now; these stay."""
 
     def _held_of(self, disturbed: ContactMask) -> ContactMask:
         """What something holds of the disturbed gel, by colours too where their light is known."""
-        self._refuse_if_overwritten()
+        self.refuse_if_overwritten()
         size_px = self.depth_mm.shape[::-1]
         ours = in_known_light(self.estimator, size_px, self.mm_per_px)
         if ours is None or self.dots is not None:  # what dots hide has no colour of its own
@@ -90,7 +90,7 @@ class Touched:
     @cached_property
     def deepest_mm(self) -> float:
         """The largest depth where something touches; 0 where nothing does."""
-        self._refuse_if_overwritten()
+        self.refuse_if_overwritten()
         return float(self.depth_mm[self.contact].max(initial=0))
 
     @property
@@ -101,19 +101,19 @@ class Touched:
     @cached_property
     def patches(self) -> tuple[ContactPatch, ...]:
         """The separate places of contact, the largest first."""
-        self._refuse_if_overwritten()
+        self.refuse_if_overwritten()
         return contact_patches(self.contact, self.depth_mm, self.mm_per_px)
 
     @cached_property
     def slope_error(self) -> GradientField | None:
         """Standard deviation expected of each slope's error; ``None`` where it is not known."""
-        self._refuse_if_overwritten()
+        self.refuse_if_overwritten()
         return slope_error(self.estimator, self.gradient, self.lights_deg, self.doubt)
 
     @cached_property
     def shadow(self) -> ContactMask:
         """Where dented skin keeps a light off: the slopes there are to be doubted."""
-        self._refuse_if_overwritten()
+        self.refuse_if_overwritten()
         lights = self.lights_deg or {}
         shadows = cast_shadows(self.difference, self.depth_mm, lights, self.mm_per_px)
         return np.asarray(shadows.any(-1))

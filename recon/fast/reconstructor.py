@@ -78,7 +78,8 @@ class Touch(Touched):
     number: int
     """Of its own frame, among them."""
 
-    def _refuse_if_overwritten(self) -> None:
+    def refuse_if_overwritten(self) -> None:
+        """Refuse to work out anything from arrays that are another frame's by now."""
         if self.frames.count != self.number:
             raise WedgeError(
                 "the next frame has overwritten this touch: ask it before, or keep "
@@ -97,7 +98,7 @@ class Touch(Touched):
     @cached_property
     def markers(self) -> str:
         """A word on the dots, as ``Reconstruction.markers``; worked out when asked for."""
-        self._refuse_if_overwritten()
+        self.refuse_if_overwritten()
         watch = self.watch
         return watch.word(self.dots) or watch.unexpected(self.difference + watch.blank)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from recon.fast import FastReconstructor, Touch
+from recon.plausible import cut_word, doubt_word
 from sensor.errors import WedgeError
 from tests.dotted import HEIGHT, WIDTH, dotted, grid_px
 from tests.recon.fast.units import make_unit, pressed, random_default
@@ -37,6 +38,19 @@ def test_what_the_next_frame_has_overwritten_is_not_told(late: str) -> None:
         with pytest.raises(WedgeError, match=r"has overwritten this touch: ask it before, or keep"):
             getattr(stale, late)
     getattr(second, late)
+
+
+@pytest.mark.parametrize("word", [doubt_word, cut_word])
+def test_no_word_is_said_on_a_touch_of_which_the_next_frame_has_overwritten_the_arrays(
+    word,
+) -> None:
+    reconstruct = FastReconstructor(UNIT)
+    stale = reconstruct(FRAMES[0])
+    kept = copy.deepcopy(stale)
+    reconstruct(FRAMES[1])
+    with pytest.raises(WedgeError, match="has overwritten this touch"):
+        word(stale, UNIT)
+    assert word(kept, UNIT) == word(FastReconstructor(UNIT)(FRAMES[0]), UNIT)
 
 
 def test_what_was_asked_before_stays() -> None:
