@@ -100,6 +100,8 @@ class HttpSource(Closing):
                 for frame in self._frames(stream):
                     attempt = 0
                     yield frame
+                if self.counts.received:
+                    self._say_lost(f"{self.name} sends no frames any more.")
             if not self.counts.received and not self._closed.is_set():
                 self._refuse_no_frames(time.monotonic() - begun_s)
             if self._closed.wait(BACK_OFF_S[min(attempt, len(BACK_OFF_S) - 1)]):
@@ -109,7 +111,12 @@ class HttpSource(Closing):
                 stream = self._connect()
             except WedgeError as error:
                 stream = None
-                self.counts.remark, self.counts.lost = f"lost: {error}", True
+                self._say_lost(str(error))
+
+    def _say_lost(self, why: str) -> None:
+        """Tell who watches, before it is tried again: that may take as long as the silence did."""
+        if not self._closed.is_set():
+            self.counts.remark, self.counts.lost = f"lost: {why}", True
 
     def _refuse_no_frames(self, waited_s: float) -> None:
         """Say what a server does that has not given a frame yet; in the end refuse it.
@@ -300,6 +307,8 @@ def _reason(error: Exception) -> str:
             f"its certificate is not trusted ({why}); if it is your own, name its file in the "
             "environment variable SSL_CERT_FILE, or begin the address with http://"
         )
+    if isinstance(error, http.client.RemoteDisconnected):
+        return "it hung up without an answer; check that the server behind it runs"
     if isinstance(error, http.client.HTTPException | ValueError):
         return "the answer is not HTTP"
     return str(getattr(error, "strerror", None) or error or type(error).__name__)

@@ -228,7 +228,7 @@ def test_chunks_do_not_matter(size: int) -> None:
         ),
         "no HTTP": (b"SSH-2.0-OpenSSH\r\n", "the answer is not HTTP"),
         "an endless head": (b"HTTP/1.1 200 OK\r\nX: " + b"x" * 200_000, "the answer is not HTTP"),
-        "nothing": (b"", "the answer is not HTTP"),
+        "nothing": (b"", "it hung up without an answer; check that the server"),
     }.values(),
 )
 def test_what_is_no_stream_is_refused_in_a_sentence(answer: bytes, sentence: str) -> None:
