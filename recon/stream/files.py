@@ -26,6 +26,8 @@ COUNTED = (".avi", ".mp4", ".mov")
 """Videos that name how many frames they hold; of others it is what their length would hold."""
 LEAST_SHARE = 0.97
 """Of the frames that a video names can be read unless it broke off."""
+REOPEN_AFTER_S = 0.4
+"""A camera that was unplugged is looked for so often."""
 PRESSES_FPS = 1.0
 """Frames of a dataset have nothing to do with each other."""
 
@@ -141,7 +143,11 @@ class VideoSource(_Pixels):
 
 
 class UsbSource(_Pixels):
-    """A USB camera, by its number."""
+    """A USB camera, by its number.
+
+    It must give a frame, or the iteration raises ``WedgeError``; one that is lost later is opened
+    again until ``close``.
+    """
 
     live = timed = True
 
@@ -153,15 +159,12 @@ class UsbSource(_Pixels):
         """
         super().__init__(f"usb:{number}")
         self._iterated = False
-        talk = cv2.utils.logging
-        before = talk.setLogLevel(talk.LOG_LEVEL_ERROR)  # its warnings would stand beside ours
-        self._capture = cv2.VideoCapture(number)
-        talk.setLogLevel(before)
+        self._number = number
+        self._open()
         if not self._capture.isOpened():
             self._capture.release()
             other = "try usb:0" if number else "plug it in, or try usb:1"
             raise WedgeError(f"usb:{number}: there is no camera with that number; {other}.")
-        self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
 
     def close(self) -> None:
         """End the iteration, from whichever thread, and let go of the camera."""
@@ -175,11 +178,39 @@ class UsbSource(_Pixels):
             while not self._closed.is_set():
                 read, image = self._capture.read()
                 if not read:
-                    raise WedgeError(f"{self.name} gives no frames any more: was it unplugged?")
+                    self._open_again()
+                    continue
+                if self.counts.lost:
+                    self.counts.remark, self.counts.lost = "", False
+                    self.counts.connections += 1
                 yield 0, cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
         finally:
             self._iterated = False
             self._capture.release()
+
+    def _open_again(self) -> None:
+        """After a pause: whether the camera is there, its next frame tells.
+
+        Raises:
+            WedgeError: it never gave a frame.
+        """
+        self._capture.release()
+        if not self.counts.received:
+            raise WedgeError(f"{self.name} gives no frames: is another program using it?")
+        if self._closed.is_set():
+            return
+        why = f"{self.name} gives no frames any more: was it unplugged?"
+        self.counts.remark, self.counts.lost = f"lost: {why}", True
+        if not self._closed.wait(REOPEN_AFTER_S):
+            self._open()
+
+    def _open(self) -> None:
+        talk = cv2.utils.logging
+        before = talk.setLogLevel(talk.LOG_LEVEL_ERROR)  # its warnings would stand beside ours
+        self._capture = cv2.VideoCapture(self._number)
+        talk.setLogLevel(before)
+        if self._capture.isOpened():
+            self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
 
 
 def dataset_source(folder: Path) -> FolderSource:

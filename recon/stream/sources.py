@@ -42,6 +42,12 @@ def refuse_no_source(where: str | Path, also: Sequence[str] = ()) -> None:
     Raises:
         WedgeError: names what can be named.
     """
+    if not isinstance(where, str | Path):
+        raise WedgeError(f"{where!r} names no source: name a camera as usb:0, all else as text.")
+    *kinds, last = (*KINDS, *also)
+    named = f"name {', '.join(kinds)} or {last}"
+    if not where:  # which pathlib takes for the current folder
+        raise WedgeError(f"the source of the frames has an empty name: {named}.")
     text, path = str(where), Path(where)
     if text.lower().startswith(ADDRESSES) or CAMERA.fullmatch(text) or path.is_dir():
         return
@@ -53,9 +59,8 @@ def refuse_no_source(where: str | Path, also: Sequence[str] = ()) -> None:
             f"{text} does not exist: an address begins with http://, as http://{text}."
         )
     said = text if path.exists() else hidden_login(text)
-    *kinds, last = (*KINDS, *also)
     fault = "cannot be read as frames" if is_file else "does not exist"
-    raise WedgeError(f"{said} {fault}: name {', '.join(kinds)} or {last}.")
+    raise WedgeError(f"{said} {fault}: {named}.")
 
 
 def open_source(where: str | Path) -> FrameSource:

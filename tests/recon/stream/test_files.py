@@ -3,16 +3,18 @@
 """Whatever frames lie in, they come out alike: in order, with times, and no more than there are."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
 from recon.images import write_image
-from recon.stream import Newest, Paced, Recorder, TimedFrame, open_source
-from recon.stream.frame import FrameSource
+from recon.stream import Newest, Paced, Recorder, TimedFrame, files, open_source
+from recon.stream.frame import Counts, FrameSource
 from sensor.errors import WedgeError
 from tests.recon.stream.servers import write_clip
 from tests.synthetic import make_dataset
@@ -188,6 +190,7 @@ def test_a_file_can_be_watched_like_a_camera(tmp_path: Path) -> None:
     ("where", "sentence"),
     [
         ("nowhere", "does not exist: name an address"),
+        ("", "has an empty name: name an address"),
         ("127.0.0.1:8080", r"begins with http://, as http://127\.0\.0\.1:8080\.$"),
         ("10.55.0.1/stream", r"begins with http://, as http://10\.55\.0\.1/stream\.$"),
         ("usb:1234", "does not exist: name an address"),
@@ -212,6 +215,12 @@ def test_what_is_no_source_is_a_sentence(
     with pytest.raises(WedgeError, match=sentence):
         list(open_source(where))
     assert capfd.readouterr().err == ""  # OpenCV says nothing beside it
+
+
+@pytest.mark.parametrize("where", [0, None, b"clip"])
+def test_what_is_no_text_is_no_source(where: Any) -> None:
+    with pytest.raises(WedgeError, match=r"names no source: name a camera as usb:0"):
+        open_source(where)
 
 
 class Camera:
@@ -266,3 +275,54 @@ def test_a_first_camera_that_is_not_there_is_not_advised(monkeypatch: pytest.Mon
     with pytest.raises(WedgeError, match="usb:0: there is no camera") as refused:
         open_source("usb:0")
     assert "try usb:0" not in str(refused.value)
+
+
+@pytest.mark.parametrize("away", [0, 2])
+def test_a_camera_that_is_unplugged_is_opened_again(
+    away: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tries: list[Counts] = []
+
+    class Unplugged(Camera):
+        """Gives two frames each time that it is there."""
+
+        left = 2
+
+        def __init__(self, number: int) -> None:
+            super().__init__(number)
+            if Camera.opened_once:
+                tries.append(replace(source.counts))
+            self.is_there = not 0 < len(tries) <= away
+            Camera.opened_once = True
+
+        def isOpened(self) -> bool:  # noqa: N802
+            return self.is_there
+
+        def read(self) -> tuple[bool, np.ndarray | None]:
+            self.left -= 1
+            return super().read() if self.is_there and self.left >= 0 else (False, None)
+
+    monkeypatch.setattr(Camera, "opened_once", False, raising=False)
+    monkeypatch.setattr(files, "REOPEN_AFTER_S", 0.001)
+    monkeypatch.setattr(cv2, "VideoCapture", Unplugged)
+    with open_source("usb:0") as source:
+        taken = iter(source)
+        assert [next(taken).index for _ in range(4)] == [0, 1, 2, 3]
+        assert Camera.opened == 1
+        assert (source.counts.connections, source.counts.lost, source.counts.remark) == (
+            2,
+            False,
+            "",
+        )
+        assert len(tries) == away + 1 and all(counts.lost for counts in tries)
+        assert "lost: usb:0 gives no frames any more: was it unplugged?" in tries[-1].remark
+        source.close()
+        assert list(taken) == [] and Camera.opened == 0 and len(tries) == away + 1
+
+
+def test_a_camera_that_never_gives_a_frame_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cv2, "VideoCapture", Camera)
+    monkeypatch.setattr(Camera, "read", lambda _: (False, None))
+    with pytest.raises(WedgeError, match="usb:0 gives no frames: is another program using it"):
+        list(open_source("usb:0"))
+    assert Camera.opened == 0
