@@ -26,6 +26,7 @@ import app.__main__
 from app._words import understood
 from recon.calibration import unit_of_set
 from recon.images import read_image
+from recon.stream import Recorder, open_source
 from tests.synthetic import make_dataset
 from validation.datasets import DATASETS
 
@@ -45,7 +46,7 @@ def ids(page: Path) -> str:
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with what the pages speak of: presses, a unit, two frames, a design, a mesh."""
+    """A folder with what the pages speak of: presses, a recording of them, a unit and more."""
     folder = tmp_path_factory.mktemp("desk")
     dataset = make_dataset(folder / "balls")
     for name, source in {"background": "background", "press": "press00"}.items():
@@ -53,6 +54,9 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     unit = unit_of_set(dataset, "table")
     (folder / "units").mkdir()
     unit.save(folder / "units" / "wedge-001")
+    with Recorder(folder / "touch.mcap", {"wedge": folder / "units" / "wedge-001"}) as recorder:
+        for frame in open_source(folder / "balls"):
+            recorder.add("wedge", frame)
     (text,) = [text for text in blocks(DOCS / "howto" / "design.md", "toml") if "base" in text]
     (folder / "thin.toml").write_text(text)
     trimesh.creation.box((8, 6, 4)).export(folder / "part.stl")
