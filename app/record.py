@@ -43,7 +43,7 @@ def main(
 
     A lost stream is reported and retried; its connections are counted at the end. If a stream is
     missing at the start, nothing is recorded. If one fails later, the reason is reported, the
-    others keep recording, and the exit status is 2.
+    others keep recording, and the exit status is 2; so it is if one of several is lost at the end.
 
     Example: wedge record http://10.55.0.1:8080 --unit units/wedge-001 --out touch.mcap
 
@@ -171,6 +171,7 @@ def _record(
                 took_s = time.monotonic() - begun
                 print(f"\r{took_s:6.1f} s  {recorder.frames} frames ", end="", file=sys.stderr)
     finally:
+        gone = _lost(sources)
         for source in sources.values():
             source.close()
         for thread in threads:
@@ -178,12 +179,23 @@ def _record(
                 thread.join(0.2)
         if sys.stderr.isatty():
             print(file=sys.stderr)
-    failed = list(errors)  # who is not waited for finds the file closed, which is no failure
+    failed = errors + gone  # who is not waited for finds the file closed, which is no failure
     try:
         recorder.close()
     except WedgeError as error:
         failed.append(error)
     return failed
+
+
+def _lost(sources: "Mapping[str, FrameSource]") -> list[Exception]:
+    """That one of several streams gives nothing any more: who has the others may not notice."""
+    if len(sources) == 1:
+        return []
+    return [
+        WedgeError(f"when the recording ended, {sensor} was {source.counts.remark}")
+        for sensor, source in sources.items()
+        if source.counts.lost
+    ]
 
 
 def _pass_on(

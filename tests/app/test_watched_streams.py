@@ -15,7 +15,7 @@ from PIL import Image
 import app._sources
 from app._sources import RATE_OVER_S, Rate
 from recon.images import write_image
-from recon.stream import Recorder, TimedFrame
+from recon.stream import McapSource, Recorder, TimedFrame
 from recon.stream.jpeg import scan_start
 from sensor.extras import how_to_install
 from tests.app.commands import refused, run
@@ -60,6 +60,21 @@ def test_frames_that_change_their_size_are_recorded_and_said(
     assert (told["recorded"], told["remark"]) == (4, said)
     output = capsys.readouterr()
     assert output.err.count(said) == output.out.count(said) == 1
+
+
+def test_a_recording_of_which_one_stream_is_lost_at_the_end_fails_and_keeps_all(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def hold(connection: socket.socket) -> None:
+        connection.sendall(stream(*FRAMES))
+        good.over.wait()
+
+    out = tmp_path / "touch.mcap"
+    with ScriptedServer(hold) as good, ScriptedServer(stream(*FRAMES[:3]), b"") as gone:
+        words = ["record", good.url, gone.url, "--out", out, "--seconds", 0.5]
+        said = refused(capsys, *words)
+    assert said.startswith(f"wedge: when the recording ended, wedge1 was lost: {gone.url} ")
+    assert [len(list(McapSource(out, name))) for name in ("wedge0", "wedge1")] == [8, 3]
 
 
 def test_what_a_replayed_file_lacks_is_said(
