@@ -37,9 +37,6 @@ class Skin(Touch, Protocol):
     def slope_error(self) -> GradientField | None:
         """Standard deviation expected of each slope's error; ``None`` where it is not known."""
 
-    def refuse_if_overwritten(self) -> None:
-        """Refuse to tell anything of arrays that are another frame's by now, with a WedgeError."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class PointCloud:

@@ -9,6 +9,7 @@ frames the limits call implausible.
 """
 
 import math
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -50,7 +51,14 @@ CUT_TWICE = "a contact runs over both edges that the lights shine along"
 """What ``cut_word`` says."""
 
 
-def doubt_word(touch: Skin, unit: Calibration) -> str:
+class Dated(Skin, Protocol):
+    """A touch that knows whether its arrays are still its own frame's."""
+
+    def refuse_if_overwritten(self) -> None:
+        """Refuse to tell anything of arrays that are another frame's by now, with a WedgeError."""
+
+
+def doubt_word(touch: Dated, unit: Calibration) -> str:
     """Why a frame's depth means little: ``STRANGE`` or ``IMPLAUSIBLE``; empty where it is a touch.
 
     Args:
@@ -67,7 +75,7 @@ def doubt_word(touch: Skin, unit: Calibration) -> str:
     return IMPLAUSIBLE if is_implausible(touch, unseen) else ""
 
 
-def cut_word(touch: Skin, unit: Calibration) -> str:
+def cut_word(touch: Dated, unit: Calibration) -> str:
     """Why a plausible depth is too small: ``CUT_TWICE``; empty where it is not.
 
     Of lights on one line only slopes along it are seen, which say how much deeper one place is than
