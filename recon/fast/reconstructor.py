@@ -115,10 +115,8 @@ class FastReconstructor:
     agreed to 1e-3. Of 138, three got another border, by which depth is off by up to 0.09 mm. The
     lookup table is the reference's.
 
-    It serves one thread at a time, for its arrays are overwritten: make one for each stream.
-
-    Arrays are small: where Python itself runs it, OMP_NUM_THREADS=1 in the environment keeps BLAS
-    from waiting for threads.
+    It serves one thread at a time, for its arrays are overwritten: make one for each stream. Where
+    Python itself runs it, OMP_NUM_THREADS=1 in the environment keeps BLAS from waiting for threads.
 
         reconstruct = FastReconstructor.load("units/wedge-001")
         for frame in Newest(open_source("http://10.55.0.1:8080")):
