@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from recon.labels.ball_size import doubtful_ball
+from recon.labels.circle_width import circles_of_other_width
 from recon.labels.circles import START, refit_circle
 from recon.labels.find_circle import (
     CENTER_REACH,
@@ -37,13 +38,15 @@ def press_doubts(presses: PressSet, labels: Sequence[BallLabel]) -> tuple[str, .
         presses: of a dataset.
         labels: of that dataset.
     """
+    of_other_width = circles_of_other_width(presses.presses)
     doubts = (
         doubtful_circles(labels),
         displaced_circles(presses.presses),
+        of_other_width,
         few_presses(presses),
         left_out_places(presses),
-        deep_presses(presses),
-        doubtful_ball(presses.presses),
+        # Neither depth nor ball can be judged by circles of another width.
+        *(() if of_other_width else (deep_presses(presses), doubtful_ball(presses.presses))),
     )
     return tuple(doubt for doubt in doubts if doubt)
 
