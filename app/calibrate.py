@@ -69,7 +69,7 @@ def main(
         json: Write the errors on the held-out presses here as JSON.
     """
     from recon.estimators import refuse_unfittable
-    from recon.labels.ball_size import refuse_small_ball
+    from recon.labels.ball_size import refuse_wrong_ball
     from recon.labels.press_doubts import press_doubts
     from recon.presses import press_reader
     from validation.datasets import dataset_folder
@@ -101,7 +101,7 @@ def main(
         size_px, mm_per_px = press_reader(source).unwarp.size_px, source.card.mm_per_px
         refuse_smaller_pad(size_px, mm_per_px, built_from, dataset)
     try:
-        refuse_small_ball(source.labels, source.card)
+        refuse_wrong_ball(source.labels, source.card)
     except WedgeError as error:
         again = command_line("label", source.folder, "--again")
         raise WedgeError(

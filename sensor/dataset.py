@@ -142,9 +142,13 @@ class Dataset:
         )
         more = f" and {len(wide) - SHOWN} more" if len(wide) > SHOWN else ""
         again = shlex.join(["wedge", "label", str(self.folder), "--again"])
+        number = "ball_radius_mm"
+        if 2 * len(wide) > len(self.labels):  # as by a mistaken scale
+            pitches = ", ".join(f"{pitch:g}" for pitch in self.card.mm_per_px)
+            number = f"ball_radius_mm or mm_per_px (now [{pitches}])"
         raise WedgeError(
             f"{self.folder / LABELS_FILE} has circles that are not smaller than their ball, of "
-            f"{named}{more}: correct ball_radius_mm, or remove those drawn by hand from the table "
+            f"{named}{more}: correct {number}, or remove those drawn by hand from the table "
             f"and find them again with `{again}`."
         )
 

@@ -22,6 +22,9 @@ NARROW = 0.55
 found with a ball too large come out wider, up to 0.52 on a real Wedge."""
 WIDEST = 0.95
 """Quantile of the contacts' radii: hand-drawn circles stray."""
+LEAST_WIDE = 0.05
+"""Of the ball's radius: where no contact is wider, the scale or the ball is wrong, as it would be
+pressed in by hardly more than a thousandth of its radius."""
 FEWEST_CONTACTS = 5
 UPRIGHT = 0.45
 """Leans are compared up to this sine, where colours still follow them in proportion."""
@@ -32,8 +35,10 @@ CLAMPED, MOST_CLAMPED = 0.93, 0.5
 """Contacts this near to the ball's radius, and the share of presses from which it must be wrong."""
 
 
-def refuse_small_ball(labels: Sequence[BallLabel], card: DatasetCard) -> None:
-    """Refuse a ball's radius, or a scale, by which most contacts are as wide as their ball.
+def refuse_wrong_ball(labels: Sequence[BallLabel], card: DatasetCard) -> None:
+    """Refuse a ball's radius, or a scale, by which contacts cannot be as wide as they are.
+
+    That is most of them as wide as their ball, or all of them specks.
 
     Raises:
         WedgeError: names both lengths and the scale.
@@ -48,6 +53,12 @@ def refuse_small_ball(labels: Sequence[BallLabel], card: DatasetCard) -> None:
             f"({np.median(radii_mm):.2f} mm at {pitch_mm:.4g} mm/px): are its radius "
             "and the scale right?"
         )
+    if len(labels) and (radii_mm / balls_mm).max() < LEAST_WIDE:
+        raise WedgeError(
+            f"the widest contact reaches {(radii_mm / balls_mm).max():.2g} of its ball's radius "
+            f"({radii_mm.max():.2g} mm at {pitch_mm:.4g} mm/px, its ball {np.median(balls_mm):g} "
+            "mm): are ball_radius_mm and mm_per_px right, and in millimetres?"
+        )
 
 
 def doubtful_ball(presses: Sequence[BallPress]) -> str | None:
@@ -61,8 +72,8 @@ def doubtful_ball(presses: Sequence[BallPress]) -> str | None:
         if widest <= NARROW:
             return (
                 f"The widest contacts reach {widest:.2f} of the ball's radius, {radius_mm:g} mm: "
-                "is that its radius, not its diameter? If it is, press deeper, as no press has "
-                f"slopes beyond {np.degrees(np.arcsin(widest)):.0f}°."
+                "is that its radius, not its diameter, and is mm_per_px right? If both are, press "
+                f"deeper, as no press has slopes beyond {np.degrees(np.arcsin(widest)):.0f}°."
             )
     answers = {radius_mm: answer_to_lean(alike) for radius_mm, alike in enough.items()}
     if len(answers) > 1:

@@ -22,7 +22,7 @@ from recon.geometry.lens import read_lens, write_lens
 from recon.geometry.pad import base_side, find_pad, gel_corners
 from recon.geometry.unwarp import Corners, prepare_unwarp
 from recon.images import read_image
-from recon.labels.ball_size import refuse_small_ball
+from recon.labels.ball_size import refuse_wrong_ball
 from recon.labels.find_circles import found_labels
 from recon.labels.label_book import refuse_name
 from recon.presses import LeftOut, PressReader, press_reader, refuse_other_size
@@ -289,7 +289,7 @@ def _circles(
             f"pictures, at {pitches} mm/px.{assumed}"
         )
     try:
-        refuse_small_ball(labels, card)
+        refuse_wrong_ball(labels, card)
     except WedgeError as error:
         raise WedgeError(f"{error}{assumed}") from error
     return labels

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from recon.labels.ball_size import answer_to_lean, doubtful_ball, refuse_small_ball
+from recon.labels.ball_size import answer_to_lean, doubtful_ball, refuse_wrong_ball
 from recon.presses import read_presses
 from sensor.dataset import BallLabel
 from sensor.errors import WedgeError
@@ -30,6 +30,10 @@ def balls(tmp_path_factory):
     return found
 
 
+def wide_label():
+    return BallLabel(file="a.png", center_x_px=60.0, center_y_px=45.0, contact_radius_px=20.0)
+
+
 def stated(presses, radius_mm):
     return [replace(press, ball_radius_mm=radius_mm) for press in presses]
 
@@ -47,7 +51,7 @@ def test_a_diameter_given_as_the_radius_is_always_noticed(balls, which):
     sentence = doubtful_ball(stated(balls[which], 2 * radius_mm))
     assert sentence is not None
     assert "diameter" in sentence
-    assert f"{2 * radius_mm:g} mm" in sentence
+    assert f"{2 * radius_mm:g} mm" in sentence and "is mm_per_px right?" in sentence
 
 
 @pytest.mark.parametrize("times", [0.7, 1.35])
@@ -81,17 +85,32 @@ def test_contacts_as_wide_as_their_ball_are_refused_whatever_the_pixels(mm_per_p
         BallLabel(file=f"{i}.png", center_x_px=60.0, center_y_px=45.0, contact_radius_px=20.0)
         for i in range(3)
     ]
-    refuse_small_ball(labels, replace(card, ball_radius_mm=2.5))
+    refuse_wrong_ball(labels, replace(card, ball_radius_mm=2.5))
     with pytest.raises(WedgeError, match=r"2\.00 mm at 0\.1 mm/px"):
-        refuse_small_ball(labels, replace(card, ball_radius_mm=2.0))
+        refuse_wrong_ball(labels, replace(card, ball_radius_mm=2.0))
 
 
 def test_each_contact_is_as_wide_as_its_own_ball_and_most_must_be(tmp_path):
     card = replace(make_dataset(tmp_path / "set", presses=1).card, ball_radius_mm=2.0)
-    wide = BallLabel(file="a.png", center_x_px=60.0, center_y_px=45.0, contact_radius_px=20.0)
+    wide = wide_label()
     narrow, of_its_own = replace(wide, contact_radius_px=10.0), replace(wide, ball_radius_mm=4.0)
-    refuse_small_ball([of_its_own, of_its_own, wide], card)
-    refuse_small_ball([narrow, narrow, wide], card)
+    refuse_wrong_ball([of_its_own, of_its_own, wide], card)
+    refuse_wrong_ball([narrow, narrow, wide], card)
     for labels in ([narrow, wide, wide], [of_its_own, wide, wide]):
         with pytest.raises(WedgeError, match="as wide as the ball of radius 2 mm"):
-            refuse_small_ball(labels, card)
+            refuse_wrong_ball(labels, card)
+
+
+def test_contacts_that_are_specks_on_their_ball_are_refused_by_the_widest(tmp_path):
+    """As where the scale is in metres or the ball's radius in micrometres."""
+    card = make_dataset(tmp_path / "set", presses=1).card
+    pitch_mm, label = card.mm_per_px[0], wide_label()
+    speck = replace(label, contact_radius_px=0.049 * card.ball_radius_mm / pitch_mm)
+    wider = replace(label, contact_radius_px=0.051 * card.ball_radius_mm / pitch_mm)
+    refuse_wrong_ball([speck, speck, wider], card)
+    refuse_wrong_ball([], card)
+    with pytest.raises(WedgeError, match=r"reaches 0\.049 of its .* are ball_radius_mm and mm_per"):
+        refuse_wrong_ball([speck, speck], card)
+    metres = replace(card, mm_per_px=(pitch_mm / 1000, pitch_mm / 1000))
+    with pytest.raises(WedgeError, match=f"{pitch_mm / 1000:g} mm/px"):
+        refuse_wrong_ball([label], metres)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from recon.images import read_image, write_image
-from recon.labels.ball_size import refuse_small_ball
+from recon.labels.ball_size import refuse_wrong_ball
 from sensor.dataset import BallLabel, DatasetCard, read_dataset
 from sensor.errors import WedgeError
 from sensor.toml import Pair
@@ -268,7 +268,7 @@ def test_a_name_that_would_mean_a_frame_of_an_archive_is_refused(tmp_path: Path)
 
 def test_a_ball_as_small_as_its_contacts_is_refused(frames: Path) -> None:
     truth = read_dataset(frames / "truth")
-    refuse_small_ball(truth.labels, truth.card)
+    refuse_wrong_ball(truth.labels, truth.card)
     widest_mm = max(x.contact_radius_px for x in truth.labels) * MM_PER_PX[0]
     small = DatasetCard(
         name="small",
@@ -279,4 +279,4 @@ def test_a_ball_as_small_as_its_contacts_is_refused(frames: Path) -> None:
         background=("background.png",),
     )
     with pytest.raises(WedgeError, match=r"at 0\.1 mm/px\): are its radius and the scale right"):
-        refuse_small_ball(truth.labels, small)
+        refuse_wrong_ball(truth.labels, small)
