@@ -33,15 +33,7 @@ from recon.estimators.rendered import (
     shares_of,
     unlike,
 )
-from recon.estimators.shading import (
-    DARKEST,
-    Colors,
-    Light,
-    Taught,
-    blank_colors,
-    color_changes,
-    fit_shading,
-)
+from recon.estimators.shading import Colors, Light, Taught, color_changes, fit_shading, whole_colors
 from recon.pixels import BallPress
 from recon.presses import read_presses
 from sensor.arguments import ending_in_a_sentence
@@ -97,7 +89,7 @@ def left_of_others(taught: Taught, light: Light) -> tuple[float, float]:
         match = matched_light(shading, known, light)
         second = left_by_mix(shading, match, known, light)
         own = fit_shading(known, light)
-        blank = np.maximum(blank_colors(light, asked.position), DARKEST)
+        blank = whole_colors(light, asked.position)
         change = asked.color / blank
         mixed = mixed_colors(shading, match, asked, light) / blank
         told = [mixed + _by(second, asked), _by(own, asked)]

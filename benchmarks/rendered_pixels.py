@@ -26,7 +26,7 @@ from recon.estimators import lesson_of
 from recon.estimators.default import Default, prepared_colors
 from recon.estimators.default_fit import collar_of, dents
 from recon.estimators.rendered import OF_PIXELS, STEEPEST, VERSION, rendered_arrays
-from recon.estimators.shading import DARKEST, Light, blank_colors, fit_light, fit_shading
+from recon.estimators.shading import Light, fit_light, fit_shading, whole_colors
 from recon.lights import channel_indices
 from recon.pixels import Pixels, positions
 from recon.presses import read_presses
@@ -98,7 +98,7 @@ def _pressed(light: Light, rendered: Sequence[Path], count: int) -> Arrays:
     if not kept:
         raise WedgeError(f"{rendered[0]}: no rendered press has its depth in truth/.")
     seen, position, slopes = (np.concatenate(part) for part in zip(*kept, strict=True))
-    shares = seen / np.tile(np.maximum(blank_colors(light, position), DARKEST), seen.shape[1] // 3)
+    shares = seen / np.tile(whole_colors(light, position), seen.shape[1] // 3)
     return {
         "change": shares[:, :3].astype(np.float16),
         "around": shares[:, 3:].astype(np.float16),

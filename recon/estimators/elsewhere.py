@@ -15,13 +15,12 @@ from jaxtyping import Float32, Float64
 
 from recon.estimators.lesson import FEW
 from recon.estimators.shading import (
-    DARKEST,
     Light,
     Shading,
     Taught,
     answers_at,
-    blank_colors,
     tilt_terms,
+    whole_colors,
 )
 from recon.pixels import Pixels
 
@@ -102,7 +101,7 @@ def elsewhere(
     """
     start = taught.position
     end = random.uniform(-1, 1, start.shape).astype(np.float32)
-    before, after = (np.maximum(blank_colors(light, at), DARKEST) for at in (start, end))
+    before, after = (whole_colors(light, at) for at in (start, end))
     here, there = answers_at(shading, start), answers_at(shading, end)
     tilts = tilt_terms(taught.slopes)
     told_here, told_there = (np.einsum("nt,ntk->nk", tilts, answers) for answers in (here, there))

@@ -23,16 +23,15 @@ import numpy as np
 from jaxtyping import Float32, Float64, Int64
 
 from recon.estimators.shading import (
-    DARKEST,
     Colors,
     Light,
     Shading,
     Taught,
-    blank_colors,
     changes_by,
     color_changes,
     fit_shading,
     shading_terms,
+    whole_colors,
 )
 from recon.estimators.surroundings import ASPECTS
 from recon.tensor_files import read_tensors
@@ -206,8 +205,7 @@ def _tilted(taught: Taught, light: Light) -> tuple[Taught, Float64[np.ndarray, "
     """The balls' tilted pixels, and how their colours changed in shares of the blank gel's."""
     steepness = np.linalg.norm(taught.slopes, axis=1)
     some = taught[np.flatnonzero((steepness > GENTLEST) & (steepness < STEEPEST))]
-    blank = np.maximum(blank_colors(light, some.position), DARKEST)
-    return some, (some.color / blank).astype(float)
+    return some, (some.color / whole_colors(light, some.position)).astype(float)
 
 
 def left_by_mix(
@@ -222,9 +220,9 @@ def mixed_colors(
     shading: Shadings, match: Match, taught: Taught, light: Light
 ) -> Float64[np.ndarray, "n c"]:
     """The changes of colour that the mix tells of the balls' slopes, places and depths."""
-    blank = np.maximum(blank_colors(light, taught.position), DARKEST)
     level, deeper = _changes(shading, taught)
-    return _placed(level + match.deepness * deeper, taught.position) @ match.mix * blank
+    change = _placed(level + match.deepness * deeper, taught.position) @ match.mix
+    return change * whole_colors(light, taught.position)
 
 
 @lru_cache
@@ -287,12 +285,12 @@ def _seen(
 ) -> SeenPixels:
     """Some pixels of a rendered sensor, in the colours of the sensor at hand."""
     position, slopes = sensor.position[some], sensor.slopes[some]
-    blank = np.maximum(blank_colors(light, position), DARKEST)
+    whole = whole_colors(light, position)
     steepness = np.maximum(np.linalg.norm(slopes, axis=1, keepdims=True), steepest)
-    unmixed = color_changes(left, slopes * (steepest / steepness), position) * blank
+    unmixed = color_changes(left, slopes * (steepest / steepness), position) * whole
 
     def mixed(change: Float32[np.ndarray, "m 3"]) -> Float32[np.ndarray, "m c"]:
-        return np.asarray(_placed(change, position) @ mix * blank, np.float32)
+        return np.asarray(_placed(change, position) @ mix * whole, np.float32)
 
     around = sensor.around[some]
     return SeenPixels(

@@ -45,6 +45,11 @@ def blank_colors(light: Light, position: Pairs) -> Colors:
     return np.asarray(np.clip(_powers(position, LIGHT_POWERS) @ light, 0, 1))
 
 
+def whole_colors(light: Light, position: Pairs) -> Colors:
+    """What colours change by shares of: the blank gel's, none below ``DARKEST``."""
+    return np.maximum(blank_colors(light, position), DARKEST)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Taught:
     """Pixels to learn from."""
@@ -87,8 +92,7 @@ def fit_shading(taught: Taught, light: Light) -> Shading:
     """
     tilted = taught[np.flatnonzero(taught.slopes.any(1))]
     terms = shading_terms(tilted.slopes, tilted.position)
-    blank = np.maximum(blank_colors(light, tilted.position), DARKEST)
-    wanted = (tilted.color / blank).astype(np.float64)
+    wanted = (tilted.color / whole_colors(light, tilted.position)).astype(np.float64)
     fold = np.unique(tilted.press, return_inverse=True)[1] % FOLDS
     own = [(terms[fold == k], wanted[fold == k]) for k in np.unique(fold)]
     squares = [inputs.T @ inputs for inputs, _ in own]
