@@ -31,7 +31,8 @@ ROOM = 10
 """Of an index that is written again, in its lengths: so much is recorded before the next time."""
 MOST_ROOM_BYTES = 64 << 20
 """Some readers load it, as any record."""
-_RECORD = struct.Struct("<BQ")
+RECORD_HEAD = struct.Struct("<BQ")
+"""Of each record: its opcode and its length."""
 _OTHERS_CODE = 0x80
 """Of records that MCAP leaves to applications; readers pass over them."""
 
@@ -273,9 +274,9 @@ class McapFile:
         """Put data behind the data, and have the index, of all of it, behind them."""
         end = self._end + len(content)
         index = self._index_at(self._index.start, written)
-        if end + _RECORD.size > index.start or not self._there(index):
+        if end + RECORD_HEAD.size > index.start or not self._there(index):
             room = min(ROOM * len(index.content), MOST_ROOM_BYTES)
-            if room <= len(content) + _RECORD.size:  # it would not hold the next chunk
+            if room <= len(content) + RECORD_HEAD.size:  # it would not hold the next chunk
                 room = 0
             index = self._index_at(end + room, written)
         try:
@@ -341,7 +342,7 @@ class McapFile:
 
 def _room(length: int) -> bytes:
     """The head of a record of that length, whose content is a hole; none where there is no room."""
-    return _RECORD.pack(_OTHERS_CODE, length - _RECORD.size) if length else b""
+    return RECORD_HEAD.pack(_OTHERS_CODE, length - RECORD_HEAD.size) if length else b""
 
 
 def _bytes(record: Any) -> bytes:

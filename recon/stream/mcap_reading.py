@@ -17,13 +17,12 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, BinaryIO
 
-from recon.stream.mcap_file import MAGIC
+from recon.stream.mcap_file import MAGIC, RECORD_HEAD
 
 LARGEST_RECORD = 256 << 20
 """Bytes, packed or not: sixty times the chunks that recorders write."""
 MOST_PACKED, ANYHOW_UNPACKED = 200, 16 << 20
 """Times that a chunk may be as large unpacked; up to so many bytes it may be so anyhow."""
-_HEAD = struct.Struct("<BQ")
 _FOOTER = struct.Struct("<BQQQI")
 _CHUNK_INDEX = struct.Struct("<4Q")
 _MESSAGE_INDEX = struct.Struct("<HI")
@@ -82,9 +81,9 @@ def _whole_records(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
     at, starts = stream.tell(), _sure_starts(stream)
     stream.seek(at)
     while True:
-        head = stream.read(_HEAD.size)
-        code, length = _HEAD.unpack(head) if len(head) == _HEAD.size else (0, 0)
-        begun, at = at, at + _HEAD.size + length
+        head = stream.read(RECORD_HEAD.size)
+        code, length = RECORD_HEAD.unpack(head) if len(head) == RECORD_HEAD.size else (0, 0)
+        begun, at = at, at + RECORD_HEAD.size + length
         place = bisect_right(starts, begun)
         following = starts[place] if place < len(starts) else None
         fits = 0 < code and length <= LARGEST_RECORD and (following is None or at <= following)
@@ -116,9 +115,9 @@ def _sure_starts(stream: BinaryIO) -> list[int]:
         return []
     at = stream.seek(summary)
     indexed: dict[int, int] = {}
-    while len(head := stream.read(_HEAD.size)) == _HEAD.size:
-        code, length = _HEAD.unpack(head)
-        at += _HEAD.size + length
+    while len(head := stream.read(RECORD_HEAD.size)) == RECORD_HEAD.size:
+        code, length = RECORD_HEAD.unpack(head)
+        at += RECORD_HEAD.size + length
         if at > size or length > LARGEST_RECORD:
             break
         content = stream.read(length)
@@ -134,7 +133,9 @@ def _is_chunk(stream: BinaryIO, start: int, length: int, size: int) -> bool:
     if start + length > size:
         return False
     stream.seek(start)
-    return stream.read(_HEAD.size) == _HEAD.pack(_CHUNK_CODE, max(0, length - _HEAD.size))
+    return stream.read(RECORD_HEAD.size) == RECORD_HEAD.pack(
+        _CHUNK_CODE, max(0, length - RECORD_HEAD.size)
+    )
 
 
 def _parsed(code: int, content: bytes) -> list[Any]:
