@@ -7,6 +7,7 @@ which outlives it: a request that came only in part is dropped, one that came wh
 as a script with the number of the open file; needs the standard library alone.
 """
 
+import errno
 import os
 import struct
 import sys
@@ -63,7 +64,7 @@ def _written(file: int, pieces: Iterable[Piece]) -> int:
                 rest = rest[os.pwrite(file, rest, end - len(rest)) :]
         os.ftruncate(file, end)
     except OSError as error:
-        return error.errno or 5
+        return error.errno or errno.EIO
     return 0
 
 
