@@ -141,7 +141,7 @@ class McapSource(Closing):
         self.unit: dict[str, bytes] = {}
         """The files of the sensor's unit folder, where they are inside."""
         attached: dict[str, bytes] = {}
-        others: set[str] = set()
+        topics: set[str] = set()
         schemas: dict[int, str] = {}
         self._topic: str | None = None
         self._channels: set[int] = set()
@@ -161,17 +161,17 @@ class McapSource(Closing):
                     self._topic = record.topic
                     self._channels = {record.id}  # it may first be told of in the index
                     self.timed = not record.metadata.items() >= UNTIMED.items()
-                others.add(str(record.topic))
+                topics.add(str(record.topic))
             elif kind == "Message" and self._topic:
                 break
         if self._topic is None:
-            if others:
-                inside = printable(", ".join(sorted(others)))
+            if topics:
+                inside = printable(", ".join(sorted(topics)))
                 raise WedgeError(f"{path} has no images of {sensor}, but {inside}.")
             if self.counts.remark:
                 raise WedgeError(f"{path} broke off or is damaged before its first frame.")
             raise WedgeError(f"{path} has no topic with compressed images.")
-        if sensor is None and (others := others - {self._topic}):
+        if sensor is None and (others := topics - {self._topic}):
             also = printable(", ".join(sorted(others)))
             self.counts.remark = f"{path} also holds {also}: `wedge replay --sensor` plays it."
         owner = self._topic.strip("/").partition("/")[0]
