@@ -82,11 +82,17 @@ def is_whole(jpeg: bytes) -> bool:
 
 def jpeg_size_px(jpeg: bytes) -> tuple[int, int] | None:
     """Width and height by the head of a JPEG; ``None`` where it has none."""
+    shape = _shape(jpeg)
+    return None if shape is None else (shape[1], shape[0])
+
+
+def _shape(jpeg: bytes) -> tuple[int, int, int] | None:
+    """Height, width and components, one where it is grey, by the head; ``None`` without one."""
     with suppress(NotJpegError):
         for kind, begin, _ in _segments(jpeg):
             if kind in _START_OF_FRAME:
                 height, width = (int.from_bytes(jpeg[begin + i : begin + i + 2]) for i in (1, 3))
-                return width, height
+                return height, width, int.from_bytes(jpeg[begin + 5 : begin + 6])
     return None
 
 
@@ -118,26 +124,19 @@ def decode_jpeg(jpeg: bytes, out: np.ndarray | None = None) -> Frame:
 
 
 def _decode_with_opencv(jpeg: bytes) -> Frame:
-    size_px = jpeg_size_px(jpeg)
-    if size_px is not None and max(size_px) > LARGEST_SIDE_PX:
-        raise WedgeError(f"the frame is not a whole JPEG: {size_px[0]}x{size_px[1]} pixels.")
-    if _is_gray(jpeg):
-        raise WedgeError(GRAY)
     image = None
-    if size_px is not None and END in jpeg[-16:]:
-        as_it_lies = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
-        image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), as_it_lies)
+    if (shape := _shape(jpeg)) is not None:
+        height, width, components = shape
+        if max(height, width) > LARGEST_SIDE_PX:
+            raise WedgeError(f"the frame is not a whole JPEG: {width}x{height} pixels.")
+        if components == 1:
+            raise WedgeError(GRAY)
+        if END in jpeg[-16:]:
+            as_it_lies = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+            image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), as_it_lies)
     if image is None:
         raise WedgeError("the frame is not a whole JPEG.")
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
-
-
-def _is_gray(jpeg: bytes) -> bool:
-    """Whether the head of a JPEG names one component, where colour has three."""
-    with suppress(NotJpegError):
-        heads = (at for kind, at, _ in _segments(jpeg) if kind in _START_OF_FRAME)
-        return any(jpeg[at + 5 : at + 6] == b"\x01" for at in heads)
-    return False
 
 
 def encode_jpeg(frame: Frame, quality: int = 90) -> bytes:
