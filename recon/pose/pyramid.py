@@ -129,9 +129,8 @@ class Pyramid:
         change = np.moveaxis(template.change, 0, -1)
         shares = np.concatenate([change * part[:, None, None] for part in weights], -1)
         points = template.points - np.array([*middle, 0], np.float32)
-        for axis, side, cut in _borders(contact):
-            if cut:
-                points, shares, shape = _mirrored(points, shares, shape, pitch_mm, axis, side)
+        for axis, side in _cut_by(contact):
+            points, shares, shape = _mirrored(points, shares, shape, pitch_mm, axis, side)
         waves = sums_in_waves(points, shares, shape, pitch_mm)
         return (waves * wave_variances(shape, pitch_mm)[:, None]) @ waves.T
 
@@ -237,12 +236,13 @@ def _widened(span: slice, count: int) -> slice:
     return slice(start, min(start + wanted, count))
 
 
-def _borders(contact: ContactMask) -> list[tuple[int, int, bool]]:
-    """Of the frame's, the axis, the side (-1 or 1), and whether the contact reaches it."""
+def _cut_by(contact: ContactMask) -> list[tuple[int, int]]:
+    """The frame's borders that the contact reaches: axis (0 is x) and side (-1 or 1) of each."""
     return [
-        (axis, side, bool(contact.take(0 if side < 0 else -1, 1 - axis).any()))
+        (axis, side)
         for axis in (0, 1)
-        for side in (-1, 1)
+        for side, index in ((-1, 0), (1, -1))
+        if contact.take(index, 1 - axis).any()
     ]
 
 
