@@ -13,13 +13,9 @@ import numpy as np
 from jaxtyping import Float
 
 from recon.arrays import GradientField
+from recon.ball import normals
 from recon.pose.cells import LENGTHS_MM, Coarse, Variances
-from recon.pose.noise import (
-    depth_variances,
-    pixels,
-    sums_in_waves,
-    wave_variances,
-)
+from recon.pose.noise import depth_variances, pixels, sums_in_waves, wave_variances
 from recon.pose.registration import prior_root
 from recon.pose.rigid import Covariance, Points, Transform, Twist, applied
 from sensor.toml import Pair
@@ -60,9 +56,7 @@ class IndexedCloud:
     def upright_normals(self, points: Points) -> Points:
         """(n, 3), by the slopes of the pixels in which points lie."""
         slopes = self.slopes[pixels(points, self.shape, self.mm_per_px)]
-        normals = np.concatenate([slopes, np.ones_like(slopes[:, :1])], 1)
-        found: Points = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-        return found
+        return normals(slopes[None])[0]
 
 
 @dataclass(frozen=True, kw_only=True)
