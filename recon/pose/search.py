@@ -74,7 +74,7 @@ def sifted(mesh: Mesh, touch: Touch, own: Sequence[Transform], most: int) -> lis
     """
     view = _view(touch)
     seen, shown = _turned(view)
-    drawn = [item for turn in _directions(DIRECTIONS) for item in _drawn(mesh, turn, view)]
+    drawn = [item for turn in _directions() for item in _drawn(mesh, turn, view)]
     if not drawn:
         return []
     pictures = np.stack([picture for _, picture in drawn])
@@ -137,10 +137,10 @@ def _view(touch: Touch) -> _View:
 def _turned(view: _View) -> tuple[Pictures, Float32[np.ndarray, "n c"]]:
     """The touch about each middle and turned back by each yaw, and which cells the frame shows."""
     touch, pitch = view.touch, view.touch.mm_per_px
-    height, width = touch.contact.shape
+    size_px = np.array(touch.contact.shape[::-1])
     side = [max(round(view.pitch_mm / step), 1) for step in pitch]
     whole = _channels(touch.gradient, touch.depth_mm, touch.contact, view)
-    every = cv2.blur(np.ones((height, width), np.float32), side, borderType=cv2.BORDER_CONSTANT)
+    every = cv2.blur(np.ones(whole.shape[:2], np.float32), side, borderType=cv2.BORDER_CONSTANT)
     total = cv2.blur(whole, side, borderType=cv2.BORDER_CONSTANT)
     whole = (total / every[..., None]).astype(np.float32)
     at_mm = (np.arange(CELLS) - (CELLS - 1) / 2) * view.pitch_mm
@@ -148,11 +148,9 @@ def _turned(view: _View) -> tuple[Pictures, Float32[np.ndarray, "n c"]]:
     pictures, shown = [], []
     for middle in view.middles_mm:
         for turn in _about_z(_yaws())[:, :2, :2]:
-            place = (cells @ turn.T + middle) / pitch + (np.array([width, height]) - 1) / 2
+            place = (cells @ turn.T + middle) / pitch + (size_px - 1) / 2
             x, y = place.astype(np.float32).T
-            inside = (
-                np.abs(place - (np.array([width, height]) - 1) / 2) * 2 < (width, height)
-            ).all(1)
+            inside = (np.abs(place - (size_px - 1) / 2) * 2 < size_px).all(1)
             found = cv2.remap(whole, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)[:, 0]
             found[:, :2] = found[:, :2] @ turn
             pictures.append(found * inside[:, None])
@@ -217,12 +215,12 @@ def _about_z(angles: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 4 4"]:
 
 
 @cache
-def _directions(count: int) -> tuple[Float[np.ndarray, "3 3"], ...]:
+def _directions() -> tuple[Float[np.ndarray, "3 3"], ...]:
     """Rotations that bring points all over a sphere (Fibonacci's lattice) to the gel."""
     golden = np.pi * (3 - np.sqrt(5))
     turns = []
-    for index in range(count):
-        down = 1 - 2 * (index + 0.5) / count
+    for index in range(DIRECTIONS):
+        down = 1 - 2 * (index + 0.5) / DIRECTIONS
         around = np.sqrt(1 - down**2)
         way = np.array([around * np.cos(golden * index), around * np.sin(golden * index), down])
         turns.append(Rotation.align_vectors([[0.0, 0.0, -1.0]], [way])[0].as_matrix())
