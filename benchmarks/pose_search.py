@@ -42,11 +42,9 @@ from recon.pose.models import Keyframe, MeshModel
 from recon.pose.registration import Touch, contact_middle, contact_points
 from recon.pose.rigid import Transform, angle_deg, applied, inverse, rigid, turn_and_shift
 from recon.pose.symmetry import nearest_turn, own_rotations
-from recon.pose.tracker import ALIKE, FITS, Tracker
+from recon.pose.tracker import ALIKE, FITS, SAME_DEG, SAME_MM, Tracker
 
 COUNT, SEED = 12, 1
-RIGHT_DEG, RIGHT_MM = 5.0, 0.5
-"""Where the tracker takes two poses for one."""
 NEAR_DEG, NEAR_MM = 15.0, 1.5
 """A guess so near counts as one of the true pose."""
 PRESS_MM = (0.8, 1.6)
@@ -239,7 +237,7 @@ def searched(case: Case) -> Outcome:
     right, angle, error = False, np.nan, np.nan
     if found.T_sensor_object is not None:
         angle, away = off(case, found.T_sensor_object, rotations)
-        right = angle < RIGHT_DEG and away < RIGHT_MM
+        right = angle < SAME_DEG and away < SAME_MM
         error = held(case, found, rotations)
     told = Tracker("joint", MeshModel(mesh=case.mesh, registration=Joint()), case.pose)(case.touch)
     left_open = found.state == "weak" and found.explained > told.explained - ALIKE

@@ -73,6 +73,7 @@ FOUND_AGAIN = 0.7
 """The same after a loss, when no motion from the last pose vouches for it."""
 RECOGNIZED = 4
 """Keyframes that are tried when lost or adrift, the surest first."""
+UNMATCHED = "does not match what was seen before"
 UNLIKE = "its details do not match, or it has none"
 LEAST_ALIKE = 0.4
 """Correlation of details; a shape without any, such as a smooth ball's, has none."""
@@ -85,6 +86,8 @@ ADRIFT_DEG = 4.0
 """A standard deviation from which keyframes are tried wherever they are."""
 ALIKE = 0.03
 """Poses whose explained shares differ by less cannot be told apart."""
+SAME_DEG, SAME_MM = 5.0, 0.5
+"""Poses that differ by less are taken for one."""
 LOOKS = 4
 """Times that a guess is refined from where it led: a mesh looks other from ten degrees away."""
 FITS = 0.95
@@ -202,14 +205,11 @@ class Tracker:
         """The first touch becomes the object."""
         pose = np.eye(4) if self._start is None else self._start
         self._knows_nothing = False
-        self._keyframe = keyframe(touch, pose, np.zeros((6, 6)), self.registration)
+        exact = np.zeros((6, 6))
+        self._keyframe = keyframe(touch, pose, exact, self.registration)
         self.model.learn(self._keyframe)
         return PoseEstimate(
-            state="tracking",
-            T_sensor_object=pose,
-            covariance=np.zeros((6, 6)),
-            overlap=1.0,
-            explained=1.0,
+            state="tracking", T_sensor_object=pose, covariance=exact, overlap=1.0, explained=1.0
         )
 
     def _followed(self, touch: Touch, last: Transform) -> PoseEstimate:
@@ -319,7 +319,7 @@ class Tracker:
             between = elsewhere @ nearest_turn(elsewhere, pose, alike) @ inverse(pose)
             rival = other.reason != UNLIKE or best.state == "weak"
             rival = rival and best.explained - other.explained < ALIKE
-            if rival and (angle_deg(between) > 5 or moved_mm(near, between) > 0.5):
+            if rival and (angle_deg(between) > SAME_DEG or moved_mm(near, between) > SAME_MM):
                 best = replace(best, state="weak", reason="several poses fit this touch")
         fits = best.explained >= FITS and best.overlap >= KEYFRAME_OVERLAP
         if best.state == "tracking" and not fits:
@@ -371,13 +371,12 @@ class Tracker:
     def _judged(self, known: Keyframe, seen: Keyframe, found: Alignment) -> PoseEstimate:
         """How far an alignment with a keyframe can be believed."""
         if not is_rigid(found.T_current_reference):
-            return PoseEstimate(state="lost", reason="does not match what was seen before")
+            return PoseEstimate(state="lost", reason=UNMATCHED)
         judged = agreement(known.pyramid, seen.pyramid, found.T_current_reference)
         overlap, explained = judged.overlap, judged.explained
         if overlap < LEAST_OVERLAP or explained < LEAST_EXPLAINED:
-            reason = "does not match what was seen before"
-            if overlap < LEAST_OVERLAP:
-                reason = "too little in common with what was seen before"
+            little = "too little in common with what was seen before"
+            reason = little if overlap < LEAST_OVERLAP else UNMATCHED
             return PoseEstimate(state="lost", reason=reason, overlap=overlap, explained=explained)
         added = turned_covariance(found.covariance, known.T_sensor_object)
         estimate = PoseEstimate(
