@@ -91,9 +91,10 @@ class Equations:
         deviation = np.sqrt(known / growth + 1)
         spread = axes / deviation
         if pull is not None:
-            twists = axes * (deviation / (known + 1))
+            scale = deviation / (known + 1)
+            twists = axes * scale
             more = share * twists.T @ prior.T @ pull @ prior @ twists / self.variance**2
-            ratios, turned = np.linalg.eigh(more + np.diag((deviation / (known + 1)) ** 2))
+            ratios, turned = np.linalg.eigh(more + np.diag(scale**2))
             spread = spread @ (turned * np.sqrt(np.maximum(ratios, 1)))
             variances, axes = np.linalg.eigh(spread @ spread.T)
             spread = axes * np.sqrt(np.minimum(variances, 1))

@@ -130,13 +130,14 @@ def _with_rim(
     edge = rim(reference, current, equations.weight[0] > 0, guess)
     if edge is None:
         return equations
-    variance, weight, residual = equations.variance, equations.weight.copy(), equations.residual
+    variance = equations.variance
+    weight, residual = equations.weight.copy(), equations.residual.copy()
     rim_weight = edge.weight * edge.believed(variance, equations.covariance())
     # What is doubted of all heights together is doubted of the rim's as well.
     whole = float(weight[1].sum()) / equations.depth_share + rim_weight * len(edge.residual)
     share = undoubted(found.template, variance, whole)
     weight[1] *= share / equations.depth_share
-    depth, added, residual = weight[1, edge.pixels], share * rim_weight, residual.copy()
+    depth, added = weight[1, edge.pixels], share * rim_weight
     pull = depth * residual[2, edge.pixels] + added * edge.residual
     weight[1, edge.pixels] = depth + added
     residual[2, edge.pixels] = pull / (depth + added)

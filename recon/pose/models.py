@@ -228,9 +228,8 @@ class MeshModel:
                 yield rendered, pose
 
     def _rendered(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
-        height, width = like.depth_mm.shape
-        size_px, gel = (width, height), gel_of(like)
-        touch = averaged(self.mesh, T_sensor_object, size_px, like.mm_per_px, gel)
+        size_px = like.depth_mm.shape[::-1]
+        touch = averaged(self.mesh, T_sensor_object, size_px, like.mm_per_px, gel_of(like))
         if not touch.contact.any():
             return None
         return keyframe(touch, T_sensor_object, np.zeros((6, 6)), self.registration)

@@ -158,7 +158,6 @@ def contact_middle(touch: Touch) -> Points:
 
 def contact_points(touch: Touch) -> Points:
     """Points (n, 3) of the touched skin in mm, gel frame."""
-    height, width = touch.depth_mm.shape
-    x_mm, y_mm = pixel_grid_mm((width, height), touch.mm_per_px)
+    x_mm, y_mm = pixel_grid_mm(touch.contact.shape[::-1], touch.mm_per_px)
     rows, columns = np.nonzero(touch.contact)
     return np.stack([x_mm[columns], y_mm[rows], -touch.depth_mm[rows, columns]], -1).astype(float)

@@ -78,8 +78,7 @@ def gel_of(touch: Touch) -> Gel | None:
 def rest_under(touch: Touch) -> Rest | None:
     """The untouched skin where a touch was laid on a curved gel."""
     gel = gel_of(touch)
-    height, width = touch.depth_mm.shape
-    return None if gel is None else rest_of(gel, (width, height), touch.mm_per_px)
+    return None if gel is None else rest_of(gel, touch.depth_mm.shape[::-1], touch.mm_per_px)
 
 
 def laid(touch: Laid, gel: Gel | None) -> Laid:
@@ -93,8 +92,7 @@ def laid(touch: Laid, gel: Gel | None) -> Laid:
     """
     if gel is None or not gel.curved or touch.gel is not None:
         return touch
-    height, width = touch.depth_mm.shape
-    rest = rest_of(gel, (width, height), touch.mm_per_px)
+    rest = rest_of(gel, touch.depth_mm.shape[::-1], touch.mm_per_px)
     return replace(
         touch,
         gradient=touch.gradient + rest.gradient,
