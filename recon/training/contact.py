@@ -27,9 +27,10 @@ from recon import unet
 from recon.contact.network import CONTACT, network_input
 from recon.integration.poisson import integrate
 from recon.training.batches import batch_makers, made_ahead
+from recon.training.chance import log_uniform
 from recon.training.contact_surfaces import surface_gradient
 from recon.training.loss_curve import refuse_weights, write_curve
-from recon.training.random_presses import log_uniform, random_press
+from recon.training.random_presses import random_press
 from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
 from recon.training.torch_layers import UNetLayers
 from recon.unet.weights import Purpose, save_weights

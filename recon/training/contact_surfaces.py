@@ -13,6 +13,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float32
 
+from recon.training.chance import log_uniform
+
 Surface = Float32[np.ndarray, "h w"]
 Offsets = Float32[np.ndarray, "h w"]
 
@@ -146,8 +148,8 @@ def _flat_top(rng: np.random.Generator, outside: Offsets, reach: float) -> Surfa
 def _under_gel(rng: np.random.Generator, depth: Surface) -> Surface:
     """Gel bends beside what touches it, and rounds every rim."""
     if rng.random() < COLLAR_SHARE:
-        wide = float(np.exp(rng.uniform(np.log(1.5), np.log(8.0))))
-        follows = cv2.GaussianBlur(depth, (0, 0), wide, borderType=cv2.BORDER_REPLICATE)
+        wide_px = log_uniform(rng, 1.5, 8.0)
+        follows = cv2.GaussianBlur(depth, (0, 0), wide_px, borderType=cv2.BORDER_REPLICATE)
         depth = np.maximum(depth, np.float32(rng.uniform(0.3, 1.0)) * follows)
     rounded_px = rng.uniform(0.0, 1.8)
     if rounded_px < 0.4:

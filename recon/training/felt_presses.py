@@ -22,6 +22,7 @@ from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.pipeline import reconstruct
 from recon.presses import read_presses
 from recon.rendered_presses import rendered_presses
+from recon.training.chance import log_uniform
 from recon.windows import window_about
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
@@ -84,7 +85,7 @@ def seen_anew(
 ) -> tuple[Float32[np.ndarray, "4 side side"], Bool[np.ndarray, "side side"]]:
     """The network's input for a square of a press, resized and turned at random, and its truth."""
     if rng.random() < RESIZED:
-        press = _resized(press, float(np.exp(rng.uniform(*np.log(SIZES)))))
+        press = _resized(press, log_uniform(rng, *SIZES))
     place = _square_at_contact(rng, press.held, side_px)
     seen = network_input(press.depth_px[place], press.gradient[place])
     seen *= np.float32(rng.uniform(*GAINS))

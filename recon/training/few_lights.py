@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Bool, Float32
 from scipy import ndimage
 
-from recon.training.random_presses import log_uniform
+from recon.training.chance import log_uniform
 
 Gradient = Float32[np.ndarray, "*place 2"]
 Colors = Float32[np.ndarray, "*place lights"]

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from recon.kernels import compiled
+from recon.training.chance import log_uniform
 
 Map = Float32[np.ndarray, "h w"]
 Plane = tuple[Map, Map]
@@ -110,11 +111,6 @@ def _take_relaxed(skin: Any, floor: Any, pull: Any, pace: Any, sweeps: int) -> N
 
 
 _relax = compiled(_take_relaxed)
-
-
-def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    """As likely within any factor of two as within another."""
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def _round(rng: np.random.Generator, plane: Plane, half: float, deepest: float) -> Map:

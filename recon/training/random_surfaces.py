@@ -23,6 +23,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.training.batches import made_ahead
+from recon.training.chance import log_uniform
 from recon.training.contact_surfaces import STEEPEST_SLOPE, contact_surface, surface_gradient
 
 Recipe = Literal["paper", "contact"]
@@ -55,7 +56,7 @@ def paper_surface(rng: np.random.Generator, height_px: int, width_px: int) -> Su
     inner = noise[margin_px:-margin_px, margin_px:-margin_px]
     inner[:] = rng.uniform(-1.0, 1.0, inner.shape) ** 3
     largest_px = max(LARGEST_SIGMA_SHARE * shorter_px, SMALLEST_SIGMA_PX)
-    sigma_px = float(np.exp(rng.uniform(np.log(SMALLEST_SIGMA_PX), np.log(largest_px))))
+    sigma_px = log_uniform(rng, SMALLEST_SIGMA_PX, largest_px)
     relief = cv2.GaussianBlur(noise, (0, 0), sigma_px, borderType=cv2.BORDER_CONSTANT)
     border = max(relief[[0, -1]].max(), relief[:, [0, -1]].max(), 0.0)
     depth = np.maximum(relief - border, 0.0)
