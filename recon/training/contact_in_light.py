@@ -184,10 +184,8 @@ def _seen(
         held=press.held[rows, columns],
     )
     if rng.random() < 0.5:
-        square, rows = (
-            mirrored(square),
-            slice(len(pad.blank) - rows.stop, len(pad.blank) - rows.start),
-        )
+        square = mirrored(square)
+        rows = slice(len(pad.blank) - rows.stop, len(pad.blank) - rows.start)
     difference = square.difference.astype(np.float32)
     difference *= 1 + np.float32(GAIN) * rng.standard_normal(3, np.float32)
     grain = rng.standard_normal(difference.shape, np.float32)
