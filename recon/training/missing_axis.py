@@ -12,6 +12,7 @@ It runs on a GPU where there is one, else on one core. Needs torch, the extra ``
 import argparse
 import sys
 from concurrent.futures import Executor
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -252,20 +253,12 @@ def main() -> None:
     checkpoint = checkpoint_of(options.out)
     with ending_in_a_sentence(parser):
         refuse_weights(options.out)
-        weights, losses = _train(settings, checkpoint, options.workers)
+        with batch_makers(options.workers) if options.workers else nullcontext() as executor:
+            weights, losses = train(settings, executor, checkpoint)
         save_weights(options.out, weights, command, settings.seed)
         write_curve(options.out, losses)
         checkpoint.unlink(missing_ok=True)
         print_measures(weights)
-
-
-def _train(
-    settings: Settings, checkpoint: Path, workers: int
-) -> tuple[dict[str, np.ndarray], list[float]]:
-    if workers == 0:
-        return train(settings, None, checkpoint)
-    with batch_makers(workers) as executor:
-        return train(settings, executor, checkpoint)
 
 
 if __name__ == "__main__":
