@@ -23,16 +23,14 @@ import numpy as np
 from jaxtyping import Bool, Float16, Float32, Float64
 
 from recon import unet
-from recon.contact.disturbed import disturbed_mask
 from recon.contact.known_light import CONTACT_IN_LIGHT, PITCH_MM, light_input
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.estimators.default import Default
 from recon.estimators.shading import blank_colors
-from recon.pipeline import reconstruct
 from recon.pixels import positions
 from recon.presses import read_presses
-from recon.rendered_presses import rendered_presses
 from recon.training.contact import Batch, ContactNet, Course, follow
+from recon.training.felt_presses import presses_that_show, read_by
 from recon.training.further_courses import digest_of
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.resumable import DEVICE, checkpoint_of
@@ -92,30 +90,17 @@ def lit_presses(
             another pitch than the network is made for.
     """
     for folder in rendered:
-        for press in rendered_presses(folder):
-            if press.held is None:
-                raise WedgeError(f"{folder} lacks held/{press.name}.npy: render the set anew.")
+        for press, held in presses_that_show(folder):
             if not np.allclose(press.mm_per_px, PITCH_MM, rtol=0.01):
                 raise WedgeError(f"{folder} is not of the standard design, 320 pixels wide.")
-            if not press.held.any() or not disturbed_mask(press.difference).any():
-                continue
-            touches = [
-                reconstruct(
-                    press.difference,
-                    sensor,
-                    missing="none",
-                    lights_deg=None,
-                    mm_per_px=press.mm_per_px,
-                )
-                for sensor in sensors
-            ]
+            touches = list(read_by(sensors, press))
             yield LitPress(
                 difference=press.difference.astype(np.float16),
                 gradient=np.stack([touch.gradient for touch in touches]).astype(np.float16),
                 depth_px=np.stack([touch.depth_mm / PITCH_MM for touch in touches]).astype(
                     np.float16
                 ),
-                held=press.held,
+                held=held,
             )
 
 

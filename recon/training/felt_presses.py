@@ -7,7 +7,7 @@ slopes. Here the frames are traced, and the slopes are those of the estimators t
 the sensor's balls.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,9 +19,9 @@ from recon.arrays import ContactMask, DepthMap, GradientField
 from recon.contact.disturbed import disturbed_mask
 from recon.contact.network import network_input
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
-from recon.pipeline import reconstruct
+from recon.pipeline import Reconstruction, reconstruct
 from recon.presses import read_presses
-from recon.rendered_presses import rendered_presses
+from recon.rendered_presses import RenderedPress, rendered_presses
 from recon.training.chance import log_uniform
 from recon.windows import window_about
 from sensor.dataset import read_dataset
@@ -63,21 +63,31 @@ def felt_presses(balls: Path, rendered: Sequence[Path], seed: int) -> Iterator[F
     """
     sensors = list(_calibrated(balls, seed))
     for folder in rendered:
-        for press in rendered_presses(folder):
-            if press.held is None:
-                raise WedgeError(f"{folder} lacks held/{press.name}.npy: render the set anew.")
-            if not press.held.any() or not disturbed_mask(press.difference).any():
-                continue
-            for sensor in sensors:
-                touch = reconstruct(
-                    press.difference,
-                    sensor,
-                    missing="none",
-                    lights_deg=None,
-                    mm_per_px=press.mm_per_px,
-                )
+        for press, held in presses_that_show(folder):
+            for touch in read_by(sensors, press):
                 depth_px = touch.depth_mm / press.mm_per_px[0]
-                yield _cut_to_what_is_dented(depth_px, touch.gradient, press.held)
+                yield _cut_to_what_is_dented(depth_px, touch.gradient, held)
+
+
+def presses_that_show(folder: Path) -> Iterator[tuple[RenderedPress, ContactMask]]:
+    """Presses of a rendered set that change a colour, and where each holds the gel.
+
+    Raises:
+        WedgeError: the set cannot be used, or does not know where the gel is held.
+    """
+    for press in rendered_presses(folder):
+        if press.held is None:
+            raise WedgeError(f"{folder} lacks held/{press.name}.npy: render the set anew.")
+        if press.held.any() and disturbed_mask(press.difference).any():
+            yield press, press.held
+
+
+def read_by(sensors: Iterable[GradientEstimator], press: RenderedPress) -> Iterator[Reconstruction]:
+    """What each calibrated sensor, whose lights show both slopes, makes of a press."""
+    for sensor in sensors:
+        yield reconstruct(
+            press.difference, sensor, missing="none", lights_deg=None, mm_per_px=press.mm_per_px
+        )
 
 
 def seen_anew(
