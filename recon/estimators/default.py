@@ -96,14 +96,14 @@ class Default:
         self, color: Float32[np.ndarray, "n k"], position: Float32[np.ndarray, "n 2"]
     ) -> Float32[np.ndarray, "n 2"]:
         """Gradients (mm/mm) of pixels, from prepared colours and positions (-1 to 1)."""
-        slopes = np.empty((len(color), 2), np.float32)
+        slopes, members = np.empty((len(color), 2), np.float32), len(self.layers[0][0])
         for start in range(0, len(color), CHUNK_ROWS):
             rows = slice(start, start + CHUNK_ROWS)
             inputs = self.inputs(color[rows], position[rows])
             normal = np.zeros((len(inputs), 2), np.float32)
-            for member in range(len(self.layers[0][0])):
+            for member in range(members):
                 normal += answers(self.layers, member, inputs)
-            slopes[rows] = slopes_of(normal / len(self.layers[0][0]))
+            slopes[rows] = slopes_of(normal / members)
         return slopes
 
     def lean(self, position: Float32[np.ndarray, "*n 2"]) -> Float32[np.ndarray, "*n 2"]:

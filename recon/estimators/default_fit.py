@@ -286,6 +286,7 @@ def _error90(
     nearest = np.abs(steepness[:, None] - SLOPE_KNOTS).argmin(1)
     table = np.full((len(SLOPE_KNOTS), 2), np.nan, np.float32)
     for k in range(len(SLOPE_KNOTS)):
-        if (nearest == k).sum() >= FEWEST_PIXELS:
-            table[k] = np.quantile(errors[nearest == k], 0.9, axis=0)
+        near = errors[nearest == k]
+        if len(near) >= FEWEST_PIXELS:
+            table[k] = np.quantile(near, 0.9, axis=0)
     return table

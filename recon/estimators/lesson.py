@@ -75,16 +75,17 @@ def lesson_pixels(press: BallPress, index: int, seed: int, presses: int) -> Pixe
         contact = np.sort(random.choice(contact, most, replace=False))
     clear = DEEP_FLAT_FROM if contact_fit.stretch is None else FLAT_FROM
     far_mm = max(float(np.quantile(distance_mm, 0.8)), DEEP_FLAT_FROM * radius_mm)
-    flat_from = min(clear * radius_mm, far_mm)
-    flat = np.flatnonzero(distance_mm >= flat_from)
+    flat_from_mm = min(clear * radius_mm, far_mm)
+    flat = np.flatnonzero(distance_mm >= flat_from_mm)
     flat = np.sort(random.choice(flat, min(len(flat), max(1, len(contact))), replace=False))
     collar = np.zeros(0, np.intp)
     if contact_fit.stretch is not None:
-        collar = np.flatnonzero((distance_mm > radius_mm) & (distance_mm < flat_from))
+        collar = np.flatnonzero((distance_mm > radius_mm) & (distance_mm < flat_from_mm))
         collar = np.sort(random.choice(collar, min(len(collar), most), replace=False))
     taken = np.concatenate([contact, flat, collar])
-    is_contact = np.arange(len(taken)) < len(contact)
-    is_flat = np.isin(np.arange(len(taken)), len(contact) + np.arange(len(flat)))
+    counts = len(contact), len(flat), len(collar)
+    is_contact = np.repeat((True, False, False), counts)
+    is_flat = np.repeat((False, True, False), counts)
     away_mm = distance_mm.ravel()[taken]
     slope = contact_fit.slopes(away_mm, ball_mm) / np.maximum(away_mm, 1e-9)
     cap_mm = cap_height_mm(radius_mm, ball_mm)
