@@ -5,7 +5,7 @@
 from functools import reduce
 
 import numpy as np
-from jaxtyping import Bool, UInt8
+from jaxtyping import Bool
 
 SIDE_PX = 4
 QuarterMask = Bool[np.ndarray, "qh qw"]
@@ -18,8 +18,8 @@ def in_pixels(disturbed: QuarterMask, size_px: tuple[int, int]) -> Bool[np.ndarr
     return large[:height, :width]
 
 
-def in_quarters(mask: Bool[np.ndarray, "h w"]) -> UInt8[np.ndarray, "qh qw"]:
-    """One where a mask of pixels holds any of 4 x 4."""
+def in_quarters(mask: Bool[np.ndarray, "h w"]) -> QuarterMask:
+    """True where a mask of pixels holds any of 4 x 4."""
     whole = np.pad(mask, [(0, -length % SIDE_PX) for length in mask.shape])
     rows = reduce(np.bitwise_or, (whole[k::SIDE_PX] for k in range(SIDE_PX)))
-    return reduce(np.bitwise_or, (rows[:, k::SIDE_PX] for k in range(SIDE_PX))).view(np.uint8)
+    return reduce(np.bitwise_or, (rows[:, k::SIDE_PX] for k in range(SIDE_PX)))

@@ -268,7 +268,7 @@ class FastReconstructor:
             )
         if self._small:
             disturbed = disturbed_in_planes(difference * self._lit)
-            quartered = in_quarters(disturbed).astype(bool)
+            quartered = in_quarters(disturbed)
         else:
             disturbed = quartered = self._find_disturbance(difference)
         slopes = None if self._dots is None or hidden is None else self._dots.slopes(hidden)
@@ -365,7 +365,7 @@ class FastReconstructor:
         disturbed = disturbed_in_planes(difference * self._lit)
         near = None
         if self._infer is not None:  # elsewhere it takes gel for flat
-            near = in_quarters(widest_support(disturbed, unseen)).astype(bool)
+            near = in_quarters(widest_support(disturbed, unseen))
         self._take_gradient(difference, lambda _: near, self._gradient)
         gradient = np.moveaxis(self._gradient, 0, -1)
         hinted = self.calibration.estimator.looks_around

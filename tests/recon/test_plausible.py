@@ -132,7 +132,7 @@ def test_what_is_disturbed_may_be_known_by_quarters(cap):
                 slope_error=None,
             )
         )
-        for disturbed in (cap.contact, in_quarters(cap.contact).astype(bool))
+        for disturbed in (cap.contact, in_quarters(cap.contact))
     ]
     np.testing.assert_allclose(*found, rtol=1e-3)
 

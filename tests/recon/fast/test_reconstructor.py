@@ -282,7 +282,7 @@ def test_of_a_large_frame_s_dents_those_whose_color_changed_are_contacts() -> No
         FastReconstructor(unit)(unit.background),
         depth_mm=(ball.depth_mm + other.depth_mm).astype(np.float32),
         gradient=(ball.gradient + other.gradient).astype(np.float32),
-        disturbed=in_quarters(ball.depth_mm > 0).astype(bool),
+        disturbed=in_quarters(ball.depth_mm > 0),
     )
     assert 0.9 < touch.contact[ball.depth_mm > 0].mean() <= 1
     assert not touch.contact[ball.depth_mm == 0].any()
