@@ -16,9 +16,8 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Difference
+from recon.quarters import SIDE_PX
 
-SIDE_PX = 4
-"""Of the averages along each axis."""
 SMOOTHING = 1 / 340
 """Of the frame's shorter side, as all below: standard deviation of the Gaussian that takes off
 grain, less than a press' collar."""
