@@ -111,10 +111,13 @@ class FrameSlopes:
 
 def _blocks(dots: Iterable[Dot]) -> list[Block]:
     """The matrices of dots, in groups of like size."""
+
+    def size(dot: Dot) -> int:
+        return len(dot.places) * len(dot.sources)
+
     groups: list[list[Dot]] = []
-    for dot in sorted(dots, key=lambda dot: len(dot.places) * len(dot.sources)):
-        size = len(dot.places) * len(dot.sources)
-        if groups and size <= WIDEST_GROUP * len(groups[-1][0].places) * len(groups[-1][0].sources):
+    for dot in sorted(dots, key=size):
+        if groups and size(dot) <= WIDEST_GROUP * size(groups[-1][0]):
             groups[-1].append(dot)
         else:
             groups.append([dot])
