@@ -11,6 +11,8 @@ import math
 import numpy as np
 from jaxtyping import Float32
 
+PER_MAD = 1.4826
+"""Standard deviation of normal noise over its median absolute deviation."""
 FEW = 2000
 """Fewer than these are put in order as they are."""
 DEVIATIONS = 4

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float32, UInt8
 
 from recon.arrays import ContactMask, Difference
 from recon.integration.poisson import Boundary
-from recon.medians import median
+from recon.medians import PER_MAD, median
 from recon.windows import window_about
 
 SMOOTHING_PX = 2.0
@@ -55,8 +55,6 @@ CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 """A pixel and its four neighbours."""
 OUTSIDE = 2
 """Fills what is beyond all patches; holes stay."""
-DEVIATION = 1.4826
-"""Standard deviation of normal noise over its median absolute deviation."""
 BORDER_PX = 3
 
 
@@ -78,7 +76,7 @@ def disturbed_in_planes(colors: Float32[np.ndarray, "3 h w"]) -> ContactMask:
     smoothing_px = SMOOTHING_PX * _fineness(colors.shape[1:])
     smooth = np.stack([cv2.GaussianBlur(plane, (0, 0), smoothing_px) for plane in colors])
     steps = np.diff(colors, axis=2)
-    grain = DEVIATION * median(np.abs(steps, out=steps)) / np.sqrt(2)
+    grain = PER_MAD * median(np.abs(steps, out=steps)) / np.sqrt(2)
     smooth_grain = grain / (2 * np.sqrt(np.pi) * smoothing_px)  # white noise after the blur
     rim_px = round(RIM_PX * _fineness(colors.shape[1:]))
     return disturbed_in_smooth(smooth, smooth_grain, large_patches, rim_px)
@@ -151,7 +149,7 @@ def spread_of(away: Float32[np.ndarray, "lit *pixels"]) -> float:
     than half, and would pass for stains of the blank gel.
     """
     unlit = np.zeros((3 - len(away), *away.shape[1:]), np.float32)
-    return DEVIATION * median(np.concatenate([away, unlit]))
+    return PER_MAD * median(np.concatenate([away, unlit]))
 
 
 def lit_planes(colors: Float32[np.ndarray, "3 h w"]) -> list[int]:

@@ -15,7 +15,6 @@ from jaxtyping import Float32
 
 from recon.contact.disturbed import (
     BESIDE_PX,
-    DEVIATION,
     FINE_PX,
     LEAST_AREA,
     RIM_PX,
@@ -27,7 +26,7 @@ from recon.contact.disturbed import (
 from recon.integration.poisson import Boundary
 from recon.kernels import compiled
 from recon.lights import channel_indices
-from recon.medians import median
+from recon.medians import PER_MAD, median
 from recon.quarters import SIDE_PX, QuarterMask
 
 LEAST_SIDE_PX = FINE_PX
@@ -61,7 +60,7 @@ class FrameDisturbance:
             cv2.GaussianBlur(self._quarter[index], (0, 0), _LEFT_PX, dst=plane)
         rows = difference[:, ::16]
         pairs = (rows[..., :-1:4] - rows[..., 1::4])[lit]
-        grain = DEVIATION * median(np.abs(pairs))
+        grain = PER_MAD * median(np.abs(pairs))
         grain /= math.sqrt(2) * 2 * math.sqrt(math.pi) * SMOOTHING_PX
         return disturbed_in_smooth(smooth, grain, _patches, RIM_PX // SIDE_PX, every=2)
 

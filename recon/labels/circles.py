@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float32
 
 from recon.arrays import Difference
 from recon.labels.ball_fit import Column, Near, Parameters, fit_ball, unexplained
-from recon.medians import channel_medians
+from recon.medians import PER_MAD, channel_medians
 from sensor.dataset import BallLabel
 from sensor.toml import Pair
 
@@ -178,7 +178,7 @@ def _contact(
         parameters = fit_ball(near, weight, ball_radius_px, parameters, (lowest, highest), enough)
         rest = unexplained(parameters, near, weight, ball_radius_px)
         error = np.sqrt((rest**2).sum(0)) / weight
-        scale = max(1.4826 * float(np.median(error)), 1e-9)
+        scale = max(PER_MAD * float(np.median(error)), 1e-9)
         weight = 1 / np.sqrt(1 + (error / (2 * scale)) ** 2)
     return _Contact(parameters=parameters, near=near, weight=weight, error=error)
 

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from recon.kernels import compiled
+from recon.medians import PER_MAD
 from recon.pose.level import Level
 from recon.pose.pyramid import LEAST_PX
 from recon.pose.rigid import Covariance, Transform, Twist
@@ -18,7 +19,7 @@ from recon.pose.template import TILES, Template, residuals, sums_by_tile
 OUTLIER = 3.0
 """Residuals of so many standard deviations weigh half."""
 RAYLEIGH_MEDIAN = 1.1774
-NORMAL_MEDIAN = 1 / 1.4826
+NORMAL_MEDIAN = 1 / PER_MAD
 LEAST_NOISE = 0.002
 """Noise of slopes; no real gel has less."""
 LEAST_SHOWN = 0.5

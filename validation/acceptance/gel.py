@@ -12,6 +12,7 @@ from recon.arrays import ContactMask, Difference, Unwarped
 from recon.brightness import inner
 from recon.labels.capture import SATURATED_LEVEL
 from recon.lights import channel_indices
+from recon.medians import PER_MAD
 from recon.pixels import BallPress, label_pixels
 from validation.acceptance.lights import Response
 from validation.acceptance.limits import Parts
@@ -55,7 +56,7 @@ def noise_of(press: BallPress, flat: ContactMask) -> Float[np.ndarray, " 3"]:
     """
     grain = press.difference - smooth(press.difference, GRAIN_PX)
     kept = np.sqrt(1 - 0.75 / (np.pi * GRAIN_PX**2))
-    return np.asarray(1.4826 / kept * np.median(np.abs(grain[flat]), axis=0))
+    return np.asarray(PER_MAD / kept * np.median(np.abs(grain[flat]), axis=0))
 
 
 def stillness(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[str, Parts]:

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64
 
 from recon.arrays import Unwarped
+from recon.medians import PER_MAD
 from validation.acceptance.gel import smooth
 
 HIGH_PASS_PX = 6.0
@@ -93,7 +94,7 @@ def without_bands(image: Unwarped) -> Fine:
 
 def spread_of(levels: Fine) -> float:
     """Their standard deviation, by the median."""
-    return float(1.4826 * np.median(np.abs(levels)))
+    return float(PER_MAD * np.median(np.abs(levels)))
 
 
 def fine(levels: Fine) -> Fine:
