@@ -8,7 +8,8 @@ encapsulation (OMG DDS-XTypes, plain CDR).
 
 import struct
 
-NS_PER_S = 10**9
+from sensor.wire import NS_PER_S
+
 RULE = "=" * 80
 HEADER_DEFINITION = f"""{RULE}
 MSG: std_msgs/Header

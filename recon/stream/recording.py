@@ -9,7 +9,6 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from recon.stream.cdr import NS_PER_S
 from recon.stream.frame import Counts, TimedFrame
 from recon.stream.jpeg import START, encode_jpeg
 from recon.stream.mcap_file import MAGIC, McapFile, mcap_records
@@ -19,6 +18,7 @@ from sensor.closing import Closing
 from sensor.dataset import LENS_FILE
 from sensor.errors import WedgeError, printable
 from sensor.unit import BACKGROUND_FILE, DESIGN_FILE, GRADIENTS_FILE, UNIT_FILE, refuse_no_unit
+from sensor.wire import NS_PER_S
 
 UNIT_FILES = (UNIT_FILE, BACKGROUND_FILE, GRADIENTS_FILE, LENS_FILE, DESIGN_FILE)
 """Attached as SENSOR/unit.toml and so on."""

@@ -5,8 +5,9 @@
 import struct
 from dataclasses import dataclass
 
-from recon.stream.cdr import HEADER_DEFINITION, NS_PER_S, CdrWriter
+from recon.stream.cdr import HEADER_DEFINITION, CdrWriter
 from recon.stream.mcap_file import MessageType
+from sensor.wire import NS_PER_S
 
 COMPRESSED_IMAGE = MessageType(
     name="sensor_msgs/msg/CompressedImage",
