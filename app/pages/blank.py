@@ -8,6 +8,7 @@ import numpy as np
 
 from recon.arrays import Frame
 from recon.contact.disturbed import disturbed_mask
+from recon.medians import PER_MAD
 from sensor.errors import WedgeError
 
 BLANK_FRAMES = 12
@@ -66,6 +67,6 @@ def _moved(before: Frame, after: Frame) -> bool:
     """Whether frames differ by more than noise: in a contact, or all over, at the edges of dots."""
     change = (after.astype(np.float32) - before) / np.float32(255)
     size = np.abs(change)
-    grain = max(1.4826 * float(np.median(size)), LEAST_GRAIN)
+    grain = max(PER_MAD * float(np.median(size)), LEAST_GRAIN)
     all_over = float((size.max(-1) > TIMES * grain).mean())
     return all_over > SHARE or bool(disturbed_mask(change).any())
