@@ -289,10 +289,8 @@ class FastReconstructor:
             gradient *= in_pixels(near, self._unwarp.size_px)
         border = (boundary_of if self._small else border_of)(moved)
         depth_mm = self._integrate[border](gradient)
-        held = False
-        if self._weigh:
-            held = self._weigh[border](gradient, depth_mm, rests=self._resting(gradient, depth_mm))
-        if not held:
+        weigh = self._weigh.get(border)
+        if weigh is None or not weigh(gradient, depth_mm, rests=self._resting(gradient, depth_mm)):
             middles = slice(SIDE_PX // 2, None, SIDE_PX)
             some = depth_mm if self._small else depth_mm[middles, middles]
             if level_mm := untouched_depth(some, _cut(disturbed, some), border):
