@@ -75,7 +75,7 @@ def misplaced_remark(
         found = {color: at for color, at in found.items() if color in stated}
     swapped = _swapped({**(stated or {}), **found}, design)
     if stated is None and design is not None and not swapped:
-        stated = {color: at for color, at in design.lights.azimuths_deg.items()}
+        stated = {str(color): at for color, at in design.lights.azimuths_deg.items()}
         said_by = f"the design {design.name} has"
     off = {
         color: at

@@ -17,8 +17,8 @@ from sensor.toml import Pair
 SIZES_PX = ((320, 240), (640, 480))
 BOUNDARIES: tuple[Boundary, ...] = ("dirichlet", "neumann")
 CAPS_MM_PER_PX = (0.1, 0.1)
-CAPS = ((70.3, 72.6), (221.8, 80.4), (148.1, 179.2)), (2.5, 2.0, 3.0)
-"""Centres in pixels, and radii of contact circles in mm."""
+CAP_CENTERS_PX = ((70.3, 72.6), (221.8, 80.4), (148.1, 179.2))
+CONTACT_RADII_MM = (2.5, 2.0, 3.0)
 Moves = Sequence[Pair]
 """Of each of them, in pixels."""
 NOT_MOVED: Moves = ((0.0, 0.0),) * 3
@@ -81,7 +81,9 @@ def _slope(along: np.ndarray) -> np.ndarray:
 def three_caps(moved_px: Moves = NOT_MOVED) -> tuple[DepthMap, GradientField]:
     """Depth and centre-sampled gradients of three ball caps at 320x240, ``CAPS_MM_PER_PX``."""
     depth, gradient = np.zeros((240, 320)), np.zeros((240, 320, 2))
-    for (x_px, y_px), radius_mm, (right_px, down_px) in zip(*CAPS, moved_px, strict=True):
+    for (x_px, y_px), radius_mm, (right_px, down_px) in zip(
+        CAP_CENTERS_PX, CONTACT_RADII_MM, moved_px, strict=True
+    ):
         center_px = (x_px + right_px, y_px + down_px)
         cap = ball_cap((320, 240), center_px, radius_mm, 4.0, CAPS_MM_PER_PX)
         depth += cap.depth_mm
