@@ -8,8 +8,9 @@ from itertools import pairwise
 from nicegui import ui
 
 HISTORY_S = 20.0
-GAP_S = 1.0
-"""Nothing is drawn between points farther apart: nobody knows what was there."""
+GAP_S = 2.5
+"""Nothing is drawn between points farther apart: nobody knows what was there. Pictures of a dataset
+come every second."""
 
 
 class Course:

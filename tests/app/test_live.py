@@ -278,13 +278,13 @@ def test_a_sparkline_spans_its_seconds() -> None:
 
 def test_a_sparkline_draws_nothing_where_no_frame_came() -> None:
     step_s = 0.9 * GAP_S
-    times_s = [100.0, 100 + step_s, 101.0, 111.0, 113.0, 113 + step_s]
+    times_s = [100.0, 100 + step_s, 100 + 2 * step_s, 111.0, 114.0, 114 + step_s]
     shown = sparkline([(t, 1.0) for t in times_s])
     drawn = [places.split() for places in re.findall('points="([^"]*)"', shown)]
     assert [len(places) for places in drawn] == [3, 2, 2]
     assert drawn[1][0] == drawn[1][1]  # a dot
     before, after = (float(drawn[i][j].partition(",")[0]) for i, j in ((0, -1), (2, 0)))
-    assert after - before == pytest.approx(100 * 12 / HISTORY_S, abs=0.02)
+    assert after - before == pytest.approx(100 * (14 - 2 * step_s) / HISTORY_S, abs=0.02)
 
 
 def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
